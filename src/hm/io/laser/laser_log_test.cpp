@@ -204,6 +204,7 @@ TEST_F(LaserLogs, BreezyWheelOdometry) {
   EXPECT_EQ(laser.scans[0].ranges_m[0], 1.5F);
   EXPECT_EQ(laser.scans[0].stamp.ns, 1'000'000'000);
   EXPECT_NEAR(laser.scans[0].angle_rad(681), -laser.scans[0].angle_min_rad, 1e-12);
+  EXPECT_NEAR((laser.scans[0].stamp_of(681) - laser.scans[0].stamp).seconds(), 0.0665, 1e-4);
   EXPECT_EQ(laser.no_returns, 1U);
   EXPECT_EQ(laser.invalid, 1U);  // 7 mm is an error code of the scanner
   const double turn_m = 2 * std::numbers::pi * 0.077;

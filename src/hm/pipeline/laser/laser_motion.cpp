@@ -8,6 +8,9 @@ namespace {
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
 constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
 constexpr std::size_t kOdometryKept = 4096;
+constexpr std::size_t kTurnsKept = 256;
+/// Odometry that is read less often tells nothing of tenths of a second.
+constexpr double kFrequent_s = 0.25;
 
 /// Rate of the yaw of R = Rz(yaw) Ry(pitch) Rx(roll).
 double yaw_rate(const Vec3& angular_velocity_base, double roll, double pitch) {
@@ -53,7 +56,7 @@ void LaserMotion::add_odometry(const StampedPose& T_odom_base) {
 }
 
 bool LaserMotion::odometry_reaches(Time stamp) const {
-  return !odometry_.empty() && odometry_.back().stamp >= stamp;
+  return !odometry_.empty() && odometry_.back().stamp >= stamp - delay_.delay();
 }
 
 SweepAttitude LaserMotion::sweep_attitude(Time begin, Time end) const {
@@ -67,7 +70,7 @@ SweepAttitude LaserMotion::sweep_attitude(Time begin, Time end) const {
 }
 
 std::optional<SE3> LaserMotion::odometry_at(Time stamp) const {
-  return pose_at(odometry_, stamp, max_odometry_gap_);
+  return pose_at(odometry_, stamp - delay_.delay(), max_odometry_gap_);
 }
 
 MotionPrediction LaserMotion::since_last(Time now) const {
@@ -75,14 +78,30 @@ MotionPrediction LaserMotion::since_last(Time now) const {
   if (const auto attitude = attitude_.at(now); attitude && last_attitude_)
     prediction.yaw_change_rad =
         wrap_angle(roll_pitch_yaw(*attitude).z() - roll_pitch_yaw(*last_attitude_).z());
-  if (const auto odometry = odometry_at(now); odometry && last_odometry_)
-    prediction.T_last_now = SE2::from_se3(*last_odometry_).inverse() * SE2::from_se3(*odometry);
+  if (!last_) return prediction;
+  if (const auto last = odometry_at(*last_), odometry = odometry_at(now); odometry && last)
+    prediction.T_last_now = SE2::from_se3(*last).inverse() * SE2::from_se3(*odometry);
   return prediction;
 }
 
-void LaserMotion::remember(Time now) {
+void LaserMotion::remember(Time now, const std::optional<double>& heading_rad) {
+  if (heading_rad && last_heading_rad_ && !odometry_.empty())
+    turns_.push_back({*last_, now, wrap_angle(*heading_rad - *last_heading_rad_)});
   last_attitude_ = attitude_.at(now);
-  last_odometry_ = odometry_at(now);
+  last_ = now;
+  last_heading_rad_ = heading_rad;
+  if (turns_.size() > kTurnsKept) turns_.pop_front();  // the odometry has ended
+  learn_delay();
+}
+
+void LaserMotion::learn_delay() {
+  const auto heading = [this](Time stamp) -> std::optional<double> {
+    const auto pose = pose_at(odometry_, stamp, Duration::from_seconds(kFrequent_s));
+    return pose ? std::optional(SE2::from_se3(*pose).angle()) : std::nullopt;
+  };
+  for (; !turns_.empty() && odometry_.back().stamp >= turns_.front().to + WheelDelay::margin();
+       turns_.pop_front())
+    delay_.learn(turns_.front().from, turns_.front().to, turns_.front().turn_rad, heading);
 }
 
 }  // namespace hm

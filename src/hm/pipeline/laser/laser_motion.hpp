@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <optional>
 
 #include "hm/estimation/vehicle_estimator.hpp"
@@ -6,6 +7,7 @@
 #include "hm/laser/height/mirror_distances.hpp"
 #include "hm/laser/odometry/attitude_history.hpp"
 #include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/laser/odometry/wheel_delay.hpp"
 
 namespace hm {
 
@@ -27,16 +29,21 @@ class LaserMotion {
   [[nodiscard]] const AttitudeHistory* attitude() const { return any_imu_ ? &attitude_ : nullptr; }
   /// Level when there is no IMU, or where it is silent.
   [[nodiscard]] SweepAttitude sweep_attitude(Time begin, Time end) const;
+  /// Where the odometry was when a scan with this stamp was measured: earlier by odometry_delay().
   [[nodiscard]] std::optional<SE3> odometry_at(Time stamp) const;
+  [[nodiscard]] Duration odometry_delay() const { return delay_.delay(); }
 
   /// The motion since the last remember().
   [[nodiscard]] MotionPrediction since_last(Time now) const;
-  void remember(Time now);
+  /// Takes note of a scan and, where it was matched for certain, of its heading: the delay of the odometry is
+  /// learned from these.
+  void remember(Time now, const std::optional<double>& heading_rad);
 
   [[nodiscard]] StateEstimator& estimator() { return estimator_; }
 
  private:
   [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
+  void learn_delay();
 
   StateEstimator estimator_;
   SE3 T_base_imu_;
@@ -47,7 +54,14 @@ class LaserMotion {
   double yaw_rad_ = 0;  // of the gyroscope alone: continuous, whatever the fusion corrects
   Trajectory odometry_;
   std::optional<Mat3> last_attitude_;
-  std::optional<SE3> last_odometry_;
+  std::optional<Time> last_;
+  std::optional<double> last_heading_rad_;
+  WheelDelay delay_;
+  struct Turn {
+    Time from, to;
+    double turn_rad;
+  };
+  std::deque<Turn> turns_;  // matched, but the odometry does not reach far enough yet
 };
 
 }  // namespace hm

@@ -297,6 +297,12 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
   return prediction;
 }
 
+/// Heading of a scan that was matched for certain.
+static std::optional<double> heading_of(const OdometryStep& step) {
+  const bool is_sure = step.status == OdometryStatus::kTracking && step.confirmed;
+  return is_sure ? std::optional(step.T_odom_base->angle()) : std::nullopt;
+}
+
 bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   const MotionPrediction prediction = prediction_for(scan.stamp);
   const Stopwatch watch;
@@ -315,7 +321,7 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   step.velocity_base = odometry.velocity_base();
   const OdometryStatus status = step.odometry.status;
   if (status != OdometryStatus::kTimeBackwards && status != OdometryStatus::kTooFewPoints)
-    motion.remember(scan.stamp);
+    motion.remember(scan.stamp, heading_of(step.odometry));
   step.map_frame = map_frame.process(scan, step.odometry);
   if (step.odometry.T_odom_base)
     visits.add(scan, *step.odometry.T_odom_base, step.height ? step.height->height_m : 0);
@@ -413,6 +419,7 @@ bool LaserPipeline::uses_range() const { return state_->uses_range(); }
 bool LaserPipeline::measures_height() const { return state_->measures_height(); }
 const RangeCounts& LaserPipeline::range_counts() const { return state_->range_counts; }
 const MultiVolumeGrid& LaserPipeline::map() const { return state_->grid; }
+Duration LaserPipeline::odometry_delay() const { return state_->motion.odometry_delay(); }
 const LaserMapFrame& LaserPipeline::map_frame() const { return state_->map_frame; }
 const ScanVisits& LaserPipeline::visits() const { return state_->visits; }
 std::vector<FloorLevel> LaserPipeline::floors() const {

@@ -95,6 +95,8 @@ class LaserPipeline {
   [[nodiscard]] bool measures_height() const;
   [[nodiscard]] const RangeCounts& range_counts() const;
   [[nodiscard]] const MultiVolumeGrid& map() const;
+  /// How long before their stamps scans were measured, on the clock of the odometry, as learned so far.
+  [[nodiscard]] Duration odometry_delay() const;
   [[nodiscard]] const LaserMapFrame& map_frame() const;
   /// Scans along the path (of the first laser, if it is horizontal), to be compared with those of other
   /// visits.

@@ -30,12 +30,13 @@ double range_in_room(const Vec3& from, const Vec3& direction) {
 /// A vehicle on a circle of 1 m, which rolls and pitches while it flies.
 struct Flight {
   double tilt_rad = 0, turn_rad_s = 0.4;
-  double bob_m = 0;  // up and down
+  double bob_m = 0;      // up and down
+  double swing_rad = 0;  // of the heading, to and fro
   static constexpr double kBob_rad_s = 0.8;
   [[nodiscard]] SE3 T_world_base(Time time) const {
     const double angle = turn_rad_s * time.seconds();
     const Vec3 rpy(tilt_rad * std::sin(1.3 * time.seconds()), tilt_rad * std::cos(0.9 * time.seconds()),
-                   angle + std::numbers::pi / 2);
+                   angle + std::numbers::pi / 2 + swing_rad * std::sin(2 * time.seconds()));
     return {rotation_from_roll_pitch_yaw(rpy),
             Vec3(std::cos(angle), std::sin(angle), bob_m * std::sin(kBob_rad_s * time.seconds()))};
   }
@@ -113,6 +114,25 @@ TEST(LaserPipeline, FollowsACircleInARoomAndMapsItsWalls) {
   int walls = 0;
   for (double y = -2.5; y <= 2.5; y += 0.1) walls += state(kHalfLength_m, y) == Occupancy::kOccupied ? 1 : 0;
   EXPECT_GE(walls, 45);
+}
+
+/// A recorder stamps scans when they arrive; wheels are on time.
+TEST(LaserPipeline, LearnsHowLateScansAreStamped) {
+  Flight flight;
+  flight.swing_rad = 0.6;
+  for (const double late_s : {0.0, 0.16}) {
+    LaserPipeline pipeline({}, platform(false, true));
+    for (int i = 0; i < 500; ++i) {
+      const Time now = Time::from_seconds(1 + 0.04 * i);
+      pipeline.add_odometry({now, flight.T_world_base(now)});
+      if (i % 2 > 0) continue;
+      LaserScan scan = flight.scan(now - Duration::from_seconds(late_s));
+      scan.stamp = now;
+      pipeline.add_scan(std::move(scan));
+    }
+    pipeline.finish();
+    EXPECT_NEAR(pipeline.odometry_delay().seconds(), late_s, 0.021);
+  }
 }
 
 TEST(LaserPipeline, TiltIsTakenFromTheImuBeamByBeam) {

@@ -10,6 +10,7 @@
 #include "hm/core/statistics.hpp"
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/geometry/solvers/small_solvers.hpp"
+#include "hm/slam/laser/loop_consistency.hpp"
 
 namespace hm {
 namespace {
@@ -33,16 +34,12 @@ constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
-/// Such a loop begins and ends at most so many keyframes from this one, but does not end at the next one.
-constexpr std::size_t kReachOfAgreement = 15, kLeastApart = 2;
-/// Deviations between two loops at most; those of the graph between their ends, in part per metre.
-constexpr double kAgreementSigmas = 3, kChain_m = 0.1, kChainRatio = 0.02, kChain_rad = 0.03;
-/// The newest keyframes, moved as a loop that corrects much says, must not contradict those of the way that
-/// it leads to: keyframes on both ways, the distance up to which two are compared, and how many at most.
-constexpr std::size_t kTrail = 15, kWay = 25, kMostOnWay = 4;
-constexpr double kTrailReach_m = 4, kMaxContradictedByTrail = 0.12;
-constexpr std::size_t kMinAgreesOnTrail = 100;  // points
-constexpr ScanAgreementLimits kSubmapLimits{0.15, 0.02, 12, 90};
+/// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree needs
+/// no other one: chance does not lead from the one to the other.
+constexpr double kContradictedAsItIs = 0.5;
+/// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
+/// window so much wider.
+constexpr double kContradictedForWider = 0.25, kWider = 2;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -70,6 +67,13 @@ double apart_m(const SE2& motion) {
 
 SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
+}
+
+SearchWindow widened(SearchWindow window, double factor) {
+  window.half_x_m *= factor;
+  window.half_y_m *= factor;
+  window.half_angle_rad *= factor;
+  return window;
 }
 
 /// Direction in which a covariance is largest.
@@ -102,15 +106,6 @@ Mat3 with_free_sigma(Mat3 covariance) {
       covariance -= excess * axes.vectors.col(i) * axes.vectors.col(i).transpose();
   return covariance;
 }
-
-/// Whether a covariance leaves a direction free.
-bool is_free(const Mat3& covariance) {
-  constexpr double kFree_m = 1;
-  return covariance.topLeftCorner<2, 2>().trace() > kFree_m * kFree_m;
-}
-
-/// Whether a loop holds the place in all directions, and not only between the walls of a corridor.
-bool determines_place(const PoseEdge2D& edge) { return !is_free(edge.information.inverse()); }
 
 LoopOutcome outcome_of(CorrelativeStatus status) {
   switch (status) {
@@ -260,8 +255,12 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
   // repetition lies within three windows.
   search.params.other_window_ratio = 3;
-  const CorrelativeMatch match =
-      search_correlative(search.map, search.points_m, search.window, search.params);
+  CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
+  if (match.status == CorrelativeStatus::kNothing &&
+      contradicted_on_way({keyframes_, graph_.T_map_node}, submap.anchor()) > kContradictedForWider) {
+    attempt.window = search.window = widened(search.window, kWider);
+    match = search_correlative(search.map, search.points_m, search.window, search.params);
+  }
   attempt.score = match.score;
   attempt.outcome = outcome_of(match.status);
   if (match.status == CorrelativeStatus::kFound) {
@@ -316,14 +315,14 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   };
   const double correction_m =
       pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
-  const auto agrees = [&](const PoseEdge2D& other) { return agree(edge, other); };
+  const auto agrees = [&](const PoseEdge2D& other) { return loops_agree(edge, other, graph_.T_map_node); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
     if (!determines_place(edge)) return LoopOutcome::kAmbiguous;
-    const ScanAgreement trail = compare_trail(edge);
-    if (trail.agrees < kMinAgreesOnTrail || trail.contradicted_ratio() > kMaxContradictedByTrail)
-      return LoopOutcome::kNotVerified;
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees)) {
+    const MappedKeyframes path{keyframes_, graph_.T_map_node};
+    if (!trail_agrees(path, edge.from, edge.T_from_to)) return LoopOutcome::kNotVerified;
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) &&
+        contradicted_on_way(path, edge.from) < kContradictedAsItIs) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }
@@ -336,46 +335,6 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   --statistics_.alone;
   ++statistics_.accepted;
   return LoopOutcome::kAccepted;
-}
-
-/// How the newest keyframes, moved as a loop says, agree with those of the way that it leads to: rooms look
-/// alike more often than the corridors to them, with their doors.
-ScanAgreement ScanGraph2D::compare_trail(const PoseEdge2D& edge) const {
-  const auto& T_map = graph_.T_map_node;
-  const SE2 T_new_old = T_map[edge.from] * edge.T_from_to * T_map[edge.to].inverse();
-  const std::size_t trail = edge.to - std::min(edge.to, kTrail);
-  const std::size_t way = edge.from - std::min(edge.from, kWay),
-                    end = std::min(edge.from + kWay, trail - std::min(trail, kLeastApart));
-  ScanAgreement sum;
-  for (std::size_t i = trail; i <= edge.to; ++i) {
-    const SE2 T_map_i = T_new_old * T_map[i];
-    std::vector<std::size_t> near;
-    for (std::size_t k = way; k < end; ++k)
-      if ((T_map[k].translation() - T_map_i.translation()).norm() < kTrailReach_m) near.push_back(k);
-    for (const std::size_t k : thinned(std::move(near), kMostOnWay))
-      compare_scans(keyframes_[k].scan, keyframes_[i].scan, T_map[k].inverse() * T_map_i, kSubmapLimits, sum);
-  }
-  return sum;
-}
-
-/// Whether two loops between the same two stretches of the path fit one correction.
-bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
-  const auto apart = [](std::size_t i, std::size_t j) { return i > j ? i - j : j - i; };
-  if (b.kind != PoseEdgeKind::kLoop || apart(a.to, b.to) > kReachOfAgreement ||
-      apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement ||
-      !determines_place(a) || !determines_place(b))
-    return false;
-  const auto& T_map = graph_.T_map_node;
-  const SE2 from = T_map[a.from].inverse() * T_map[b.from], to = T_map[b.to].inverse() * T_map[a.to];
-  const PoseEdge2D around{b.from, b.to, from.inverse() * a.T_from_to * to.inverse(), b.information};
-  const Vec3 error = pose_edge_error(around, SE2(), b.T_from_to);
-  const double way_m = from.translation().norm() + to.translation().norm(),
-               chain_m = kChain_m + kChainRatio * way_m;
-  // The axes of a loop's error are those at its end.
-  const Mat3 covariance = b.information.inverse() +
-                          turned_covariance(to.rotation(), a.information.inverse()) +
-                          Mat3(Vec3(chain_m, chain_m, kChain_rad).cwiseAbs2().asDiagonal());
-  return error.dot(covariance.inverse() * error) <= kAgreementSigmas * kAgreementSigmas;
 }
 
 /// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that it could.
@@ -412,7 +371,7 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = submap.first; k < submap.end; ++k) {
     const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_base;
-    compare_scans(keyframes_[k].scan, scan, T_k_base, kSubmapLimits, agreement);
+    compare_scans(keyframes_[k].scan, scan, T_k_base, kVisitLimits, agreement);
     if (apart_m(T_k_base) >= least) continue;
     least = apart_m(T_k_base);
     nearest = k;

@@ -9,7 +9,6 @@
 #include "hm/geometry/trajectory.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/correlative_search.hpp"
-#include "hm/slam/laser/scan_agreement.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
@@ -109,8 +108,6 @@ class ScanGraph2D {
                                                                   const CorrelativeMatch& ambiguous,
                                                                   const LoopSearch& search);
   LoopOutcome accept(const VerifiedMatch& match, ScanGraphStep& step);
-  [[nodiscard]] ScanAgreement compare_trail(const PoseEdge2D& edge) const;
-  [[nodiscard]] bool agree(const PoseEdge2D& a, const PoseEdge2D& b) const;
   void count(LoopOutcome outcome);
   bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
 

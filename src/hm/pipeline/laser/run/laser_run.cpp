@@ -255,6 +255,7 @@ void Run::count() {
   summary_.records = records_.take();
   summary_.height_error = counts_.height_error();
   summary_.scans_unconfirmed = breaks_.size();
+  summary_.odometry_delay_s = pipeline_.odometry_delay().seconds();
   std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const auto twice =

@@ -212,6 +212,8 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   v({"interrupted"}, summary.interrupted);
   v({"run_s", "time", "{:.1f} s"}, summary.run_s);
   v({"recording_s", "recording", "{:.1f} s"}, summary.recording_s);
+  v({"odometry_delay_s", "odometry read before the stamps of scans by", "{:.2f} s"},
+    summary.odometry_delay_s);
   v.json("match_ms", {});
   if (summary.matched_scans) v.spread({"match_ms", "matching", "{:.3f} ms"}, summary.match_ms);
   v.spread({"insert_ms", "inserting", "{:.3f} ms"}, summary.insert_ms);
@@ -273,6 +275,9 @@ std::string to_text(const LaserSummary& summary) {
     text += fmt::format("pieces    a map of each of {} that {} consistent: {}/\n",
                         counted(summary.pieces.size(), "piece"), summary.pieces.size() == 1 ? "is" : "are",
                         kPiecesFolder);
+  if (summary.odometry_delay_s != 0)
+    text +=
+        tree.lines({"odometry  read {odometry_delay_s} before the stamps of scans: their turns agree then"});
   if (summary.scans_searched > 0)
     text +=
         tree.lines({"search    {scans.searched|scan} searched for among the last keyframes, "

@@ -96,6 +96,9 @@ struct LaserSummary {
   std::vector<std::string> choices;  ///< what was used of the recording, and why
 
   std::size_t scans_total = 0, scans_read = 0, scans_matched = 0, scans_failed = 0, keyframes = 0;
+  /// Scans were measured so long before their stamps on the clock of the odometry, as turns show
+  /// (WheelDelay).
+  double odometry_delay_s = 0;
   std::size_t scans_searched = 0;  ///< searched for among the last keyframes, for want of a good prediction
   std::size_t scans_found = 0;     ///< of these, with a pose from there, as matching gave none
   std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
