@@ -29,8 +29,8 @@ export class LiveClient {
 
   private receive(message: FromWorker): void {
     switch (message.type) {
-      case "frame":
-        this.listener.onFrame(message.frame, message.receivedMs);
+      case "frames":
+        for (const { frame, receivedMs } of message.frames) this.listener.onFrame(frame, receivedMs);
         this.shown(message.receipt);
         break;
       case "openEdges": this.listener.onOpenEdges(message.key, message.ends); break;

@@ -4,10 +4,13 @@ import type { Frame, PageKey } from "../protocol/frames.ts";
 import { FrameError } from "../protocol/reader.ts";
 import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
+import { Outbox } from "./outbox.ts";
 import { LiveSession } from "./session.ts";
-import { sharedClockMs, type FromWorker, type Receipt, type ShownFrame, type ToWorker } from "./worker_messages.ts";
+import { sharedClockMs, type FromWorker, type Receipt, type ToWorker } from "./worker_messages.ts";
 
 const COUNTS_EVERY_MS = 1000, BORDERS_EVERY_MS = 100, BORDERS_TAKE_MS = 20, ACKNOWLEDGE_AFTER_MS = 20;
+/** A page's open border is found so long after it changed: most of the neighbours that change it too have come by then. */
+const BORDERS_AFTER_MS = 1000;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;
@@ -15,9 +18,10 @@ const post = (message: FromWorker, transfer: Transferable[] = []): void => scope
 
 class LiveLink {
   private readonly session = new LiveSession();
+  private readonly outbox = new Outbox(post);
   private borders: OpenBorders | null = null;
   private readonly edgesOf = new Map<string, { version: number }>();
-  private readonly staleBorders = new Map<string, PageKey>();
+  private readonly staleBorders = new Map<string, { key: PageKey; sinceMs: number }>();
   private socket: WebSocket | null = null;
   private retryTimer: ReturnType<typeof setTimeout> | null = null;
   private connection = 0;
@@ -91,15 +95,14 @@ class LiveLink {
     const receivedMs = sharedClockMs();
     if (frame.kind !== "meshPage") {
       if (frame.kind === "pageGone") this.setBorder(frame.gone.key, frame.gone.version, null);
-      post({ type: "frame", receipt, frame, receivedMs });
+      this.outbox.add({ frame, receivedMs }, receipt);
       return;
     }
     const page = this.decode(frame.page);
     this.borders ??= new OpenBorders(voxelOf(page) / 8);
     // No level moves open edges, so that one level of a version is enough.
     if (this.edgesOf.get(page.key.join())?.version !== page.version) this.setBorder(page.key, page.version, findOpenEdges(page));
-    const shown: ShownFrame = { kind: "meshPage", page };
-    post({ type: "frame", receipt, frame: shown, receivedMs }, [page.positions.buffer, page.tints.buffer, page.indices.buffer]);
+    this.outbox.add({ frame: { kind: "meshPage", page }, receivedMs }, receipt, [page.positions.buffer]);
   }
 
   private decode(encoded: EncodedPage): MeshPage {
@@ -114,14 +117,18 @@ class LiveLink {
   private setBorder(key: PageKey, version: number, ends: Float32Array | null): void {
     if (ends) this.edgesOf.set(key.join(), { version });
     else this.edgesOf.delete(key.join());
-    for (const changed of this.borders?.set(key, ends) ?? []) this.staleBorders.set(changed.join(), changed);
+    const sinceMs = performance.now();
+    for (const changed of this.borders?.set(key, ends) ?? []) {
+      const name = changed.join();
+      if (!this.staleBorders.has(name)) this.staleBorders.set(name, { key: changed, sinceMs });
+    }
   }
 
   /** Those that wait longest, for a share of the time: pages come first. */
   private postBorders(): void {
-    const end = performance.now() + BORDERS_TAKE_MS;
-    for (const [name, key] of this.staleBorders) {
-      if (performance.now() > end) return;
+    const begin = performance.now();
+    for (const [name, { key, sinceMs }] of this.staleBorders) {
+      if (begin - sinceMs < BORDERS_AFTER_MS || performance.now() - begin > BORDERS_TAKE_MS) return;
       this.staleBorders.delete(name);
       const ends = this.borders!.of(key);
       post({ type: "openEdges", key, ends }, [ends.buffer]);
@@ -137,6 +144,7 @@ class LiveLink {
     this.borders = null;
     this.edgesOf.clear();
     this.staleBorders.clear();
+    this.outbox.flush();
     post({ type: "cleared" });
   }
 
@@ -148,6 +156,7 @@ class LiveLink {
   private lost(socket: WebSocket, reason: string): void {
     if (socket !== this.socket) return;
     this.socket = null;
+    this.outbox.flush();
     const retryS = this.session.nextPauseS();
     post({ type: "state", state: "lost", reason, retryS });
     this.retryTimer = setTimeout(() => this.connect(), 1000 * retryS);

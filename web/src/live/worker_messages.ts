@@ -12,8 +12,12 @@ export interface LinkCounts { bytes: number; frames: number; skipped: number; re
 /** Names a frame: the how manieth connection it came by, and its sequence there. */
 export interface Receipt { connection: number; sequence: number }
 
+/** A frame, and when it was received (sharedClockMs). */
+export interface TimedFrame { frame: ShownFrame; receivedMs: number }
+
 export type FromWorker =
-  | { type: "frame"; receipt: Receipt; frame: ShownFrame; receivedMs: number }
+  /** In the order in which they came; the receipt is that of the last one. */
+  | { type: "frames"; receipt: Receipt; frames: TimedFrame[] }
   | { type: "openEdges"; key: PageKey; ends: Float32Array }
   | { type: "cleared" }
   | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }
