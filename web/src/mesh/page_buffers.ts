@@ -2,10 +2,10 @@ import type { MeshPage } from "../protocol/mesh_page.ts";
 import { BlockList, type Run } from "./block_list.ts";
 import { BLOCK_VERTICES, PAGES_UNIT, POSITION, TINT } from "./mesh_shader.ts";
 
-const BLOCK_INDICES = 3072;  // a closed surface has six indices a vertex
+const BLOCK_INDICES = 6 * BLOCK_VERTICES;  // a closed surface has six indices a vertex
 const BLOCK_TEXELS = 8;  // numbers of the two texels of a block of vertices
-/** Blocks of a buffer: 128 k vertices and their triangles. Of a page that has more, its own buffer has as many as it needs. */
-const BUFFER_BLOCKS = 256;
+/** Blocks of a buffer: as many vertices as indices of two bytes can name. Of a page that has more, its own buffer has as many as it needs. */
+const BUFFER_BLOCKS = 511;
 
 /** Where a page lies on the graphics card. */
 export interface Placed { buffer: PageBuffer; vertices: Run[]; indices: Run[]; indexCount: number }
@@ -20,6 +20,8 @@ class PageBuffer {
   private readonly places: WebGLBuffer | null;
   private readonly tints: WebGLBuffer | null;
   private readonly triangles: WebGLBuffer | null;
+  private readonly indexType: number;  // of WebGL
+  private readonly indexBytes: number;
   private readonly pages: WebGLTexture | null;
   private readonly texels: Float32Array<ArrayBuffer>;  // of that texture
   private staleTexels: { begin: number; end: number } | null = null;  // blocks whose texels it does not have yet
@@ -44,7 +46,10 @@ class PageBuffer {
     this.tints = make(gl.ARRAY_BUFFER, 4 * BLOCK_VERTICES * vertexBlocks);
     gl.enableVertexAttribArray(TINT);
     gl.vertexAttribPointer(TINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
-    this.triangles = make(gl.ELEMENT_ARRAY_BUFFER, 4 * BLOCK_INDICES * indexBlocks);
+    const isShort = vertexBlocks <= BUFFER_BLOCKS;
+    this.indexType = isShort ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT;
+    this.indexBytes = isShort ? 2 : 4;
+    this.triangles = make(gl.ELEMENT_ARRAY_BUFFER, this.indexBytes * BLOCK_INDICES * indexBlocks);
     gl.bindVertexArray(null);
     // Two texels a block of vertices: origin and quantum of its page, m; whether it has colours, and when it changed.
     this.pages = gl.createTexture();
@@ -69,7 +74,7 @@ class PageBuffer {
     this.copy(gl.ARRAY_BUFFER, this.places, 8 * BLOCK_VERTICES, page.positions, 4 * BLOCK_VERTICES, vertices);
     this.copy(gl.ARRAY_BUFFER, this.tints, 4 * BLOCK_VERTICES, page.tints, 4 * BLOCK_VERTICES, vertices);
     gl.bindVertexArray(this.array);
-    this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, 4 * BLOCK_INDICES, moved(page.indices, starts), BLOCK_INDICES, indices);
+    this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, this.indexBytes * BLOCK_INDICES, moved(page.indices, starts, this.indexBytes === 2), BLOCK_INDICES, indices);
     gl.bindVertexArray(null);
     for (const run of vertices) this.describe(run, [...origin, quantum, hasColors ? 1 : 0, changedAtS, 0, 0]);
     return { buffer: this, vertices, indices, indexCount: page.indices.length };
@@ -94,7 +99,7 @@ class PageBuffer {
         this.offsets = grown(this.offsets);
       }
       this.counts[this.queued] = Math.min(count * BLOCK_INDICES, indexCount);
-      this.offsets[this.queued] = 4 * BLOCK_INDICES * first;
+      this.offsets[this.queued] = this.indexBytes * BLOCK_INDICES * first;
       indexCount -= this.counts[this.queued++];
     }
   }
@@ -102,12 +107,12 @@ class PageBuffer {
   /** Draws what was noted: by one call where the browser has it, else by one a page. */
   draw(many: WEBGL_multi_draw | null): void {
     if (this.queued === 0) return;
-    const { gl, counts, offsets, queued } = this;
+    const { gl, counts, offsets, queued, indexType } = this;
     gl.bindVertexArray(this.array);
     this.bindPages();
     this.copyTexels();
-    if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, gl.UNSIGNED_INT, offsets, 0, queued);
-    else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], gl.UNSIGNED_INT, offsets[i]);
+    if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, indexType, offsets, 0, queued);
+    else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], indexType, offsets[i]);
     this.queued = 0;
   }
 
@@ -132,7 +137,7 @@ class PageBuffer {
   }
 
   /** Copies an array block by block, `perBlock` of its values a block of so many bytes. */
-  private copy(target: number, buffer: WebGLBuffer | null, blockBytes: number, values: Int16Array | Uint8Array | Uint32Array, perBlock: number, runs: readonly Run[]): void {
+  private copy(target: number, buffer: WebGLBuffer | null, blockBytes: number, values: Int16Array | Uint8Array | Uint16Array | Uint32Array, perBlock: number, runs: readonly Run[]): void {
     this.gl.bindBuffer(target, buffer);
     let from = 0;
     for (const { first, count } of runs) {
@@ -143,14 +148,18 @@ class PageBuffer {
   }
 }
 
-/** Indices of a page's vertices -> of those of the buffer, where each block of them starts. */
-function moved(indices: Uint16Array | Uint32Array, starts: readonly number[]): Uint32Array {
-  if (indices.length > movedIndices.length) movedIndices = new Uint32Array(2 * indices.length);
+/** Indices of a page's vertices -> of those of the buffer, where each block of them starts; valid until the next call. */
+function moved(indices: Uint16Array | Uint32Array, starts: readonly number[], isShort: boolean): Uint16Array | Uint32Array {
+  if (indices.length > movedShort.length) {
+    const most = 2 * indices.length;
+    [movedShort, movedLong] = [new Uint16Array(most), new Uint32Array(most)];
+  }
+  const result = isShort ? movedShort : movedLong;
   // By a loop: from() with a function takes sixteen times as long.
-  for (let i = 0; i < indices.length; ++i) movedIndices[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
-  return movedIndices.subarray(0, indices.length);
+  for (let i = 0; i < indices.length; ++i) result[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
+  return result.subarray(0, indices.length);
 }
-let movedIndices = new Uint32Array(0);  // serves one page after the other
+let movedShort = new Uint16Array(0), movedLong = new Uint32Array(0);
 
 function grown(values: Int32Array<ArrayBuffer>): Int32Array<ArrayBuffer> {
   const result = new Int32Array(2 * values.length);
