@@ -6,11 +6,13 @@ import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protoco
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
 import { Outbox } from "./outbox.ts";
 import { LiveSession } from "./session.ts";
-import { sharedClockMs, type FromWorker, type Receipt, type ToWorker } from "./worker_messages.ts";
+import { sharedClockMs, type FromWorker, type OpenEdges, type Receipt, type ToWorker } from "./worker_messages.ts";
 
 const COUNTS_EVERY_MS = 1000, BORDERS_EVERY_MS = 100, BORDERS_TAKE_MS = 20, ACKNOWLEDGE_AFTER_MS = 20;
 /** A page's open border is found so long after it changed: most of the neighbours that change it too have come by then. */
 const BORDERS_AFTER_MS = 1000;
+/** Of all borders together one picture is made, from all of them: not more often than this. */
+const BORDERS_POSTED_MS = 500;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;
@@ -22,6 +24,8 @@ class LiveLink {
   private borders: OpenBorders | null = null;
   private readonly edgesOf = new Map<string, { version: number }>();
   private readonly staleBorders = new Map<string, { key: PageKey; sinceMs: number }>();
+  private foundBorders: OpenEdges[] = [];
+  private bordersPostedMs = 0;
   private socket: WebSocket | null = null;
   private retryTimer: ReturnType<typeof setTimeout> | null = null;
   private connection = 0;
@@ -31,7 +35,7 @@ class LiveLink {
 
   constructor(private readonly url: string) {
     setInterval(() => this.postCounts(), COUNTS_EVERY_MS);
-    setInterval(() => this.postBorders(), BORDERS_EVERY_MS);
+    setInterval(() => this.findBorders(), BORDERS_EVERY_MS);
   }
 
   connect(): void {
@@ -125,14 +129,20 @@ class LiveLink {
   }
 
   /** Those that wait longest, for a share of the time: pages come first. */
-  private postBorders(): void {
+  private findBorders(): void {
     const begin = performance.now();
     for (const [name, { key, sinceMs }] of this.staleBorders) {
-      if (begin - sinceMs < BORDERS_AFTER_MS || performance.now() - begin > BORDERS_TAKE_MS) return;
+      if (begin - sinceMs < BORDERS_AFTER_MS || performance.now() - begin > BORDERS_TAKE_MS) break;
       this.staleBorders.delete(name);
-      const ends = this.borders!.of(key);
-      post({ type: "openEdges", key, ends }, [ends.buffer]);
+      this.foundBorders.push({ key, ends: this.borders!.of(key) });
     }
+    if (this.foundBorders.length > 0 && begin - this.bordersPostedMs >= BORDERS_POSTED_MS) this.postBorders(begin);
+  }
+
+  private postBorders(nowMs: number): void {
+    post({ type: "openEdges", pages: this.foundBorders }, this.foundBorders.map(({ ends }) => ends.buffer));
+    this.foundBorders = [];
+    this.bordersPostedMs = nowMs;
   }
 
   private postCounts(): void {
@@ -144,6 +154,7 @@ class LiveLink {
     this.borders = null;
     this.edgesOf.clear();
     this.staleBorders.clear();
+    this.foundBorders = [];
     this.outbox.flush();
     post({ type: "cleared" });
   }

@@ -15,10 +15,13 @@ export interface Receipt { connection: number; sequence: number }
 /** A frame, and when it was received (sharedClockMs). */
 export interface TimedFrame { frame: ShownFrame; receivedMs: number }
 
+/** Edges of a page that are open in the model, six numbers each; none: nothing is drawn there any more. */
+export interface OpenEdges { key: PageKey; ends: Float32Array }
+
 export type FromWorker =
   /** In the order in which they came; the receipt is that of the last one. */
   | { type: "frames"; receipt: Receipt; frames: TimedFrame[] }
-  | { type: "openEdges"; key: PageKey; ends: Float32Array }
+  | { type: "openEdges"; pages: OpenEdges[] }
   | { type: "cleared" }
   | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }
   | { type: "counts"; counts: LinkCounts };

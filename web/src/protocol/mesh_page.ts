@@ -98,10 +98,13 @@ export function decodePage(page: EncodedPage, decoder: PageDecoder): MeshPage {
 
 /** By a loop: constructors of typed arrays convert several times slower. */
 function copyIndices(from: Uint32Array, to: Uint16Array | Uint32Array, { key, vertexCount }: EncodedPage): void {
+  let most = 0;
   for (let i = 0; i < from.length; ++i) {
-    if (from[i] >= vertexCount) throw new FrameError(`page ${key.join(", ")}: index ${from[i]} of ${vertexCount} vertices`);
-    to[i] = from[i];
+    const index = from[i];
+    to[i] = index;
+    if (index > most) most = index;
   }
+  if (from.length > 0 && most >= vertexCount) throw new FrameError(`page ${key.join(", ")}: index ${most} of ${vertexCount} vertices`);
 }
 
 /** Three words a vertex -> two of positions and one of colours; the box in quanta. */

@@ -1,6 +1,6 @@
 import { Color, Matrix4, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
-import { PATH_NAMES, type Box, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
-import type { ShownFrame } from "../live/worker_messages.ts";
+import { PATH_NAMES, type Box, type Pose, type Vec3 } from "../protocol/frames.ts";
+import type { OpenEdges, ShownFrame } from "../live/worker_messages.ts";
 import { CameraRig, VIEW_SLOPE } from "./camera_rig.ts";
 import { DetailPace, type Change } from "./detail_pace.ts";
 import { Dots } from "./dots.ts";
@@ -18,6 +18,11 @@ export type Layer = (typeof LAYERS)[number];
 function join(a: Box | null, b: Box | null): Box | null {
   if (!a || !b) return a ?? b;
   return { low: a.low.map((value, k) => Math.min(value, b.low[k])) as Vec3, high: a.high.map((value, k) => Math.max(value, b.high[k])) as Vec3 };
+}
+
+/** The canvas's WebGL 2, the same at each call; null without it. A second one, to try whether there is any, takes 0.1 s and more where software draws. */
+export function webGl2Of(canvas: HTMLCanvasElement): WebGL2RenderingContext | null {
+  return canvas.getContext("webgl2", { antialias: true, powerPreference: "high-performance" });
 }
 
 /** Everything in three dimensions. Draws only when something changed. Needs WebGL 2: the constructor throws without it. */
@@ -55,7 +60,7 @@ export class SceneView {
   private readonly stalePaths = new Set<number>();
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ canvas, context: webGl2Of(canvas)! });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.autoClear = false;
     this.mesh = new MeshLayer(this.gl());
@@ -104,8 +109,8 @@ export class SceneView {
     else this.requestDraw();
   }
 
-  showOpenEdges(key: PageKey, ends: Float32Array): void {
-    this.openEdges.set(key, ends);
+  showOpenEdges(pages: readonly OpenEdges[]): void {
+    for (const { key, ends } of pages) this.openEdges.set(key, ends);
     this.requestGrown();
   }
 
