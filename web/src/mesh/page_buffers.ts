@@ -4,8 +4,8 @@ import { BLOCK_VERTICES, PAGES_UNIT, POSITION, TINT } from "./mesh_shader.ts";
 
 const BLOCK_INDICES = 6 * BLOCK_VERTICES;  // a closed surface has six indices a vertex
 const BLOCK_TEXELS = 8;  // numbers of the two texels of a block of vertices
-/** Blocks of a buffer: as many vertices as indices of two bytes can name. Of a page that has more, its own buffer has as many as it needs. */
-const BUFFER_BLOCKS = 511;
+/** Blocks of a buffer: 256 k vertices and their triangles. Of a page that has more, its own buffer has as many as it needs. */
+const BUFFER_BLOCKS = 2048;
 
 /** Where a page lies on the graphics card. */
 export interface Placed { buffer: PageBuffer; vertices: Run[]; indices: Run[]; indexCount: number }
@@ -20,8 +20,6 @@ class PageBuffer {
   private readonly places: WebGLBuffer | null;
   private readonly tints: WebGLBuffer | null;
   private readonly triangles: WebGLBuffer | null;
-  private readonly indexType: number;  // of WebGL
-  private readonly indexBytes: number;
   private readonly pages: WebGLTexture | null;
   private readonly texels: Float32Array<ArrayBuffer>;  // of that texture
   private staleTexels: { begin: number; end: number } | null = null;  // blocks whose texels it does not have yet
@@ -46,10 +44,7 @@ class PageBuffer {
     this.tints = make(gl.ARRAY_BUFFER, 4 * BLOCK_VERTICES * vertexBlocks);
     gl.enableVertexAttribArray(TINT);
     gl.vertexAttribPointer(TINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
-    const isShort = vertexBlocks <= BUFFER_BLOCKS;
-    this.indexType = isShort ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT;
-    this.indexBytes = isShort ? 2 : 4;
-    this.triangles = make(gl.ELEMENT_ARRAY_BUFFER, this.indexBytes * BLOCK_INDICES * indexBlocks);
+    this.triangles = make(gl.ELEMENT_ARRAY_BUFFER, 4 * BLOCK_INDICES * indexBlocks);
     gl.bindVertexArray(null);
     // Two texels a block of vertices: origin and quantum of its page, m; whether it has colours, and when it changed.
     this.pages = gl.createTexture();
@@ -74,7 +69,7 @@ class PageBuffer {
     this.copy(gl.ARRAY_BUFFER, this.places, 8 * BLOCK_VERTICES, page.positions, 4 * BLOCK_VERTICES, vertices);
     this.copy(gl.ARRAY_BUFFER, this.tints, 4 * BLOCK_VERTICES, page.tints, 4 * BLOCK_VERTICES, vertices);
     gl.bindVertexArray(this.array);
-    this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, this.indexBytes * BLOCK_INDICES, moved(page.indices, starts, this.indexBytes === 2), BLOCK_INDICES, indices);
+    this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, 4 * BLOCK_INDICES, moved(page.indices, starts), BLOCK_INDICES, indices);
     gl.bindVertexArray(null);
     for (const run of vertices) this.describe(run, [...origin, quantum, hasColors ? 1 : 0, changedAtS, 0, 0]);
     return { buffer: this, vertices, indices, indexCount: page.indices.length };
@@ -99,7 +94,7 @@ class PageBuffer {
         this.offsets = grown(this.offsets);
       }
       this.counts[this.queued] = Math.min(count * BLOCK_INDICES, indexCount);
-      this.offsets[this.queued] = this.indexBytes * BLOCK_INDICES * first;
+      this.offsets[this.queued] = 4 * BLOCK_INDICES * first;
       indexCount -= this.counts[this.queued++];
     }
   }
@@ -107,12 +102,12 @@ class PageBuffer {
   /** Draws what was noted: by one call where the browser has it, else by one a page. */
   draw(many: WEBGL_multi_draw | null): void {
     if (this.queued === 0) return;
-    const { gl, counts, offsets, queued, indexType } = this;
+    const { gl, counts, offsets, queued } = this;
     gl.bindVertexArray(this.array);
     this.bindPages();
     this.copyTexels();
-    if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, indexType, offsets, 0, queued);
-    else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], indexType, offsets[i]);
+    if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, gl.UNSIGNED_INT, offsets, 0, queued);
+    else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], gl.UNSIGNED_INT, offsets[i]);
     this.queued = 0;
   }
 
@@ -137,7 +132,7 @@ class PageBuffer {
   }
 
   /** Copies an array block by block, `perBlock` of its values a block of so many bytes. */
-  private copy(target: number, buffer: WebGLBuffer | null, blockBytes: number, values: Int16Array | Uint8Array | Uint16Array | Uint32Array, perBlock: number, runs: readonly Run[]): void {
+  private copy(target: number, buffer: WebGLBuffer | null, blockBytes: number, values: Int16Array | Uint8Array | Uint32Array, perBlock: number, runs: readonly Run[]): void {
     this.gl.bindBuffer(target, buffer);
     let from = 0;
     for (const { first, count } of runs) {
@@ -149,17 +144,13 @@ class PageBuffer {
 }
 
 /** Indices of a page's vertices -> of those of the buffer, where each block of them starts; valid until the next call. */
-function moved(indices: Uint16Array | Uint32Array, starts: readonly number[], isShort: boolean): Uint16Array | Uint32Array {
-  if (indices.length > movedShort.length) {
-    const most = 2 * indices.length;
-    [movedShort, movedLong] = [new Uint16Array(most), new Uint32Array(most)];
-  }
-  const result = isShort ? movedShort : movedLong;
+function moved(indices: Uint16Array | Uint32Array, starts: readonly number[]): Uint32Array {
+  if (indices.length > movedIndices.length) movedIndices = new Uint32Array(2 * indices.length);
   // By a loop: from() with a function takes sixteen times as long.
-  for (let i = 0; i < indices.length; ++i) result[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
-  return result.subarray(0, indices.length);
+  for (let i = 0; i < indices.length; ++i) movedIndices[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
+  return movedIndices.subarray(0, indices.length);
 }
-let movedShort = new Uint16Array(0), movedLong = new Uint32Array(0);
+let movedIndices = new Uint32Array(0);
 
 function grown(values: Int32Array<ArrayBuffer>): Int32Array<ArrayBuffer> {
   const result = new Int32Array(2 * values.length);
