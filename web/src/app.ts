@@ -1,5 +1,5 @@
 import { LiveClient, type LiveListener, type LinkState } from "./live/live_client.ts";
-import type { LinkCounts, ShownFrame } from "./live/worker_messages.ts";
+import type { LinkCounts, OpenEdges, ShownFrame } from "./live/worker_messages.ts";
 import { ModelStage } from "./model_stage.ts";
 import { EventPanel } from "./panels/event_panel.ts";
 import { byId, element } from "./panels/dom.ts";
@@ -12,9 +12,9 @@ import { startShortcuts } from "./panels/shortcuts.ts";
 import { Status } from "./panels/status.ts";
 import { Tabs } from "./panels/tabs.ts";
 import { cssColor, startTheme } from "./panels/theme.ts";
-import type { PageKey } from "./protocol/frames.ts";
 import type { Hello } from "./protocol/messages.ts";
 import { PlanView } from "./scene/plan_view.ts";
+import { webGl2Of } from "./scene/scene_view.ts";
 
 const VIEW_EVERY_MS = 250, SLOWLY_EVERY_MS = 500, WIDE_PX = 900;
 
@@ -42,7 +42,8 @@ export class App implements LiveListener {
   constructor() {
     this.replay = new ReplayBar(change => this.client.send({ type: "replay", ...change }));
     this.status = new Status(() => this.client.retry());
-    this.stage = hasWebGl2() ? new ModelStage() : null;
+    this.client.start();  // first: the server answers while the model's view is made
+    this.stage = webGl2Of(byId("model")) ? new ModelStage() : null;
     this.plan = this.stage ? null : showPlanInstead();
     if (this.stage) {
       this.tabs.add({ name: "View", page: this.stage.viewPanel.page });
@@ -65,7 +66,6 @@ export class App implements LiveListener {
     });
     setInterval(() => this.sendView(), VIEW_EVERY_MS);
     setInterval(() => this.updateSlowly(), SLOWLY_EVERY_MS);
-    this.client.start();
   }
 
   onFrame(frame: ShownFrame, receivedMs: number): void {
@@ -91,7 +91,7 @@ export class App implements LiveListener {
     }
   }
 
-  onOpenEdges(key: PageKey, ends: Float32Array): void { this.stage?.view.showOpenEdges(key, ends); }
+  onOpenEdges(pages: readonly OpenEdges[]): void { this.stage?.view.showOpenEdges(pages); }
   onCleared(): void {
     this.stage?.clear();
     this.plan?.clear();
@@ -131,8 +131,6 @@ export class App implements LiveListener {
     this.plots.draw();
   }
 }
-
-function hasWebGl2(): boolean { return document.createElement("canvas").getContext("webgl2") !== null; }
 
 function showPlanInstead(): PlanView {
   const canvas = element("canvas", { id: "plan", "aria-label": "The model from above" });

@@ -1,12 +1,11 @@
-import type { PageKey } from "../protocol/frames.ts";
-import type { FromWorker, LinkCounts, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
+import type { FromWorker, LinkCounts, OpenEdges, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
 
 export interface LinkState { state: "connecting" | "open" | "lost"; reason: string; retryS: number }
 
 export interface LiveListener {
   /** A frame, and when it was received (sharedClockMs). */
   onFrame(frame: ShownFrame, receivedMs: number): void;
-  onOpenEdges(key: PageKey, ends: Float32Array): void;
+  onOpenEdges(pages: readonly OpenEdges[]): void;
   /** What is shown belongs to a session that has ended: all of it goes. */
   onCleared(): void;
   onState(state: LinkState): void;
@@ -29,11 +28,11 @@ export class LiveClient {
 
   private receive(message: FromWorker): void {
     switch (message.type) {
-      case "frame":
-        this.listener.onFrame(message.frame, message.receivedMs);
+      case "frames":
+        for (const { frame, receivedMs } of message.frames) this.listener.onFrame(frame, receivedMs);
         this.shown(message.receipt);
         break;
-      case "openEdges": this.listener.onOpenEdges(message.key, message.ends); break;
+      case "openEdges": this.listener.onOpenEdges(message.pages); break;
       case "cleared": this.listener.onCleared(); break;
       case "state": this.listener.onState(message); break;
       case "counts": this.listener.onCounts(message.counts); break;

@@ -4,10 +4,15 @@ import type { Frame, PageKey } from "../protocol/frames.ts";
 import { FrameError } from "../protocol/reader.ts";
 import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
+import { Outbox } from "./outbox.ts";
 import { LiveSession } from "./session.ts";
-import { sharedClockMs, type FromWorker, type Receipt, type ShownFrame, type ToWorker } from "./worker_messages.ts";
+import { sharedClockMs, type FromWorker, type OpenEdges, type Receipt, type ToWorker } from "./worker_messages.ts";
 
 const COUNTS_EVERY_MS = 1000, BORDERS_EVERY_MS = 100, BORDERS_TAKE_MS = 20, ACKNOWLEDGE_AFTER_MS = 20;
+/** A page's open border is found so long after it changed: most of the neighbours that change it too have come by then. */
+const BORDERS_AFTER_MS = 1000;
+/** Of all borders together one picture is made, from all of them: not more often than this. */
+const BORDERS_POSTED_MS = 500;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;
@@ -15,9 +20,12 @@ const post = (message: FromWorker, transfer: Transferable[] = []): void => scope
 
 class LiveLink {
   private readonly session = new LiveSession();
+  private readonly outbox = new Outbox(post);
   private borders: OpenBorders | null = null;
   private readonly edgesOf = new Map<string, { version: number }>();
-  private readonly staleBorders = new Map<string, PageKey>();
+  private readonly staleBorders = new Map<string, { key: PageKey; sinceMs: number }>();
+  private foundBorders: OpenEdges[] = [];
+  private bordersPostedMs = 0;
   private socket: WebSocket | null = null;
   private retryTimer: ReturnType<typeof setTimeout> | null = null;
   private connection = 0;
@@ -27,7 +35,7 @@ class LiveLink {
 
   constructor(private readonly url: string) {
     setInterval(() => this.postCounts(), COUNTS_EVERY_MS);
-    setInterval(() => this.postBorders(), BORDERS_EVERY_MS);
+    setInterval(() => this.findBorders(), BORDERS_EVERY_MS);
   }
 
   connect(): void {
@@ -91,15 +99,14 @@ class LiveLink {
     const receivedMs = sharedClockMs();
     if (frame.kind !== "meshPage") {
       if (frame.kind === "pageGone") this.setBorder(frame.gone.key, frame.gone.version, null);
-      post({ type: "frame", receipt, frame, receivedMs });
+      this.outbox.add({ frame, receivedMs }, receipt);
       return;
     }
     const page = this.decode(frame.page);
     this.borders ??= new OpenBorders(voxelOf(page) / 8);
     // No level moves open edges, so that one level of a version is enough.
     if (this.edgesOf.get(page.key.join())?.version !== page.version) this.setBorder(page.key, page.version, findOpenEdges(page));
-    const shown: ShownFrame = { kind: "meshPage", page };
-    post({ type: "frame", receipt, frame: shown, receivedMs }, [page.positions.buffer, page.tints.buffer, page.indices.buffer]);
+    this.outbox.add({ frame: { kind: "meshPage", page }, receivedMs }, receipt, [page.positions.buffer]);
   }
 
   private decode(encoded: EncodedPage): MeshPage {
@@ -114,18 +121,28 @@ class LiveLink {
   private setBorder(key: PageKey, version: number, ends: Float32Array | null): void {
     if (ends) this.edgesOf.set(key.join(), { version });
     else this.edgesOf.delete(key.join());
-    for (const changed of this.borders?.set(key, ends) ?? []) this.staleBorders.set(changed.join(), changed);
+    const sinceMs = performance.now();
+    for (const changed of this.borders?.set(key, ends) ?? []) {
+      const name = changed.join();
+      if (!this.staleBorders.has(name)) this.staleBorders.set(name, { key: changed, sinceMs });
+    }
   }
 
   /** Those that wait longest, for a share of the time: pages come first. */
-  private postBorders(): void {
-    const end = performance.now() + BORDERS_TAKE_MS;
-    for (const [name, key] of this.staleBorders) {
-      if (performance.now() > end) return;
+  private findBorders(): void {
+    const begin = performance.now();
+    for (const [name, { key, sinceMs }] of this.staleBorders) {
+      if (begin - sinceMs < BORDERS_AFTER_MS || performance.now() - begin > BORDERS_TAKE_MS) break;
       this.staleBorders.delete(name);
-      const ends = this.borders!.of(key);
-      post({ type: "openEdges", key, ends }, [ends.buffer]);
+      this.foundBorders.push({ key, ends: this.borders!.of(key) });
     }
+    if (this.foundBorders.length > 0 && begin - this.bordersPostedMs >= BORDERS_POSTED_MS) this.postBorders(begin);
+  }
+
+  private postBorders(nowMs: number): void {
+    post({ type: "openEdges", pages: this.foundBorders }, this.foundBorders.map(({ ends }) => ends.buffer));
+    this.foundBorders = [];
+    this.bordersPostedMs = nowMs;
   }
 
   private postCounts(): void {
@@ -137,6 +154,8 @@ class LiveLink {
     this.borders = null;
     this.edgesOf.clear();
     this.staleBorders.clear();
+    this.foundBorders = [];
+    this.outbox.flush();
     post({ type: "cleared" });
   }
 
@@ -148,6 +167,7 @@ class LiveLink {
   private lost(socket: WebSocket, reason: string): void {
     if (socket !== this.socket) return;
     this.socket = null;
+    this.outbox.flush();
     const retryS = this.session.nextPauseS();
     post({ type: "state", state: "lost", reason, retryS });
     this.retryTimer = setTimeout(() => this.connect(), 1000 * retryS);

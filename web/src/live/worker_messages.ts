@@ -12,9 +12,16 @@ export interface LinkCounts { bytes: number; frames: number; skipped: number; re
 /** Names a frame: the how manieth connection it came by, and its sequence there. */
 export interface Receipt { connection: number; sequence: number }
 
+/** A frame, and when it was received (sharedClockMs). */
+export interface TimedFrame { frame: ShownFrame; receivedMs: number }
+
+/** Edges of a page that are open in the model, six numbers each; none: nothing is drawn there any more. */
+export interface OpenEdges { key: PageKey; ends: Float32Array }
+
 export type FromWorker =
-  | { type: "frame"; receipt: Receipt; frame: ShownFrame; receivedMs: number }
-  | { type: "openEdges"; key: PageKey; ends: Float32Array }
+  /** In the order in which they came; the receipt is that of the last one. */
+  | { type: "frames"; receipt: Receipt; frames: TimedFrame[] }
+  | { type: "openEdges"; pages: OpenEdges[] }
   | { type: "cleared" }
   | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }
   | { type: "counts"; counts: LinkCounts };

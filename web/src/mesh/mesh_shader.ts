@@ -11,8 +11,8 @@ export const OLDEST_S = AGE_LIMITS_S[AGE_LIMITS_S.length - 1];
 
 /** Places of the attributes; the unit of the texture of pages. */
 export const POSITION = 0, TINT = 1, PAGES_UNIT = 0;
-/** A block of so many vertices belongs to one page: the shader finds the page by the number of a vertex. */
-export const BLOCK_VERTICES = 512;
+/** A block of so many vertices belongs to one page: the shader finds the page by the number of a vertex. Coarse levels of a page have about a hundred. */
+export const BLOCK_VERTICES = 128;
 
 const VERTEX = `
 precision highp float;

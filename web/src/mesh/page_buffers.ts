@@ -2,9 +2,10 @@ import type { MeshPage } from "../protocol/mesh_page.ts";
 import { BlockList, type Run } from "./block_list.ts";
 import { BLOCK_VERTICES, PAGES_UNIT, POSITION, TINT } from "./mesh_shader.ts";
 
-const BLOCK_INDICES = 3072;  // a closed surface has six indices a vertex
-/** Blocks of a buffer: 128 k vertices and their triangles. Of a page that has more, its own buffer has as many as it needs. */
-const BUFFER_BLOCKS = 256;
+const BLOCK_INDICES = 6 * BLOCK_VERTICES;  // a closed surface has six indices a vertex
+const BLOCK_TEXELS = 8;  // numbers of the two texels of a block of vertices
+/** Blocks of a buffer: 256 k vertices and their triangles. Of a page that has more, its own buffer has as many as it needs. */
+const BUFFER_BLOCKS = 2048;
 
 /** Where a page lies on the graphics card. */
 export interface Placed { buffer: PageBuffer; vertices: Run[]; indices: Run[]; indexCount: number }
@@ -20,6 +21,8 @@ class PageBuffer {
   private readonly tints: WebGLBuffer | null;
   private readonly triangles: WebGLBuffer | null;
   private readonly pages: WebGLTexture | null;
+  private readonly texels: Float32Array<ArrayBuffer>;  // of that texture
+  private staleTexels: { begin: number; end: number } | null = null;  // blocks whose texels it does not have yet
   private counts = new Int32Array(64);
   private offsets = new Int32Array(64);
   private queued = 0;
@@ -45,6 +48,7 @@ class PageBuffer {
     gl.bindVertexArray(null);
     // Two texels a block of vertices: origin and quantum of its page, m; whether it has colours, and when it changed.
     this.pages = gl.createTexture();
+    this.texels = new Float32Array(BLOCK_TEXELS * vertexBlocks);
     this.bindPages();
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, 2, vertexBlocks);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
@@ -67,13 +71,7 @@ class PageBuffer {
     gl.bindVertexArray(this.array);
     this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, 4 * BLOCK_INDICES, moved(page.indices, starts), BLOCK_INDICES, indices);
     gl.bindVertexArray(null);
-    this.bindPages();
-    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
-    for (const { first, count } of vertices) {
-      const texels = new Float32Array(8 * count);
-      for (let i = 0; i < count; ++i) texels.set([...origin, quantum, hasColors ? 1 : 0, changedAtS, 0, 0], 8 * i);
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, first, 2, count, gl.RGBA, gl.FLOAT, texels);
-    }
+    for (const run of vertices) this.describe(run, [...origin, quantum, hasColors ? 1 : 0, changedAtS, 0, 0]);
     return { buffer: this, vertices, indices, indexCount: page.indices.length };
   }
 
@@ -107,6 +105,7 @@ class PageBuffer {
     const { gl, counts, offsets, queued } = this;
     gl.bindVertexArray(this.array);
     this.bindPages();
+    this.copyTexels();
     if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, gl.UNSIGNED_INT, offsets, 0, queued);
     else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], gl.UNSIGNED_INT, offsets[i]);
     this.queued = 0;
@@ -115,6 +114,21 @@ class PageBuffer {
   private bindPages(): void {
     this.gl.activeTexture(this.gl.TEXTURE0 + PAGES_UNIT);
     this.gl.bindTexture(this.gl.TEXTURE_2D, this.pages);
+  }
+
+  /** Notes the texels of blocks. The next picture copies them: one copy of all takes as long as one of a single block. */
+  private describe({ first, count }: Run, texels: readonly number[]): void {
+    for (let block = first; block < first + count; ++block) this.texels.set(texels, BLOCK_TEXELS * block);
+    const { begin, end } = this.staleTexels ?? { begin: first, end: first };
+    this.staleTexels = { begin: Math.min(begin, first), end: Math.max(end, first + count) };
+  }
+
+  private copyTexels(): void {
+    if (!this.staleTexels) return;
+    const { gl } = this, { begin, end } = this.staleTexels;
+    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, begin, 2, end - begin, gl.RGBA, gl.FLOAT, this.texels, BLOCK_TEXELS * begin);
+    this.staleTexels = null;
   }
 
   /** Copies an array block by block, `perBlock` of its values a block of so many bytes. */
@@ -129,12 +143,14 @@ class PageBuffer {
   }
 }
 
-/** Indices of a page's vertices -> of those of the buffer, where each block of them starts. */
+/** Indices of a page's vertices -> of those of the buffer, where each block of them starts; valid until the next call. */
 function moved(indices: Uint16Array | Uint32Array, starts: readonly number[]): Uint32Array {
-  const result = new Uint32Array(indices.length);  // by a loop: from() with a function takes sixteen times as long
-  for (let i = 0; i < result.length; ++i) result[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
-  return result;
+  if (indices.length > movedIndices.length) movedIndices = new Uint32Array(2 * indices.length);
+  // By a loop: from() with a function takes sixteen times as long.
+  for (let i = 0; i < indices.length; ++i) movedIndices[i] = starts[Math.floor(indices[i] / BLOCK_VERTICES)] + indices[i] % BLOCK_VERTICES;
+  return movedIndices.subarray(0, indices.length);
 }
+let movedIndices = new Uint32Array(0);
 
 function grown(values: Int32Array<ArrayBuffer>): Int32Array<ArrayBuffer> {
   const result = new Int32Array(2 * values.length);

@@ -19,7 +19,7 @@ export interface EncodedPage {
   indices: Uint8Array;
 }
 
-/** A decoded page, laid out for the graphics card. */
+/** A decoded page, laid out for the graphics card; its three arrays share one buffer. */
 export interface MeshPage {
   key: PageKey;
   version: number;
@@ -63,45 +63,60 @@ export function readMeshPage(reader: Reader): EncodedPage {
   return { key, version, level, hasColors: (flags & 1) !== 0, vertexCount, indexCount, origin, quantum, ageS, vertices, indices };
 }
 
+/** Memory for what is decoded of one page after the other; made anew, larger, where a page needs more. */
+class Scratch {
+  private bytes = new Uint8Array(1 << 16);
+
+  take(count: number): Uint8Array<ArrayBuffer> {
+    if (count > this.bytes.length) this.bytes = new Uint8Array(Math.max(count, 2 * this.bytes.length));
+    return this.bytes.subarray(0, count);
+  }
+}
+const vertexScratch = new Scratch(), indexScratch = new Scratch();
+
 /** Decodes vertices and indices; throws FrameError where they are damaged. */
 export function decodePage(page: EncodedPage, decoder: PageDecoder): MeshPage {
-  const vertices = new Uint8Array(page.vertexCount * VERTEX_BYTES), indices = new Uint32Array(page.indexCount);
+  const { vertexCount, indexCount } = page, vertices = vertexScratch.take(vertexCount * VERTEX_BYTES), wide = indexScratch.take(4 * indexCount);
   try {
-    decoder.decodeVertexBuffer(vertices, page.vertexCount, VERTEX_BYTES, page.vertices);
-    decoder.decodeIndexBuffer(new Uint8Array(indices.buffer), page.indexCount, 4, page.indices);
+    decoder.decodeVertexBuffer(vertices, vertexCount, VERTEX_BYTES, page.vertices);
+    decoder.decodeIndexBuffer(wide, indexCount, 4, page.indices);
   } catch (error) {
     throw new FrameError(`page ${page.key.join(", ")}: ${(error as Error).message}`);
   }
-  for (let i = 0; i < indices.length; ++i)
-    if (indices[i] >= page.vertexCount) throw new FrameError(`page ${page.key.join(", ")}: index ${indices[i]} of ${page.vertexCount} vertices`);
-  const { positions, tints, low, high } = splitVertices(vertices, page.vertexCount);
+  // One buffer a page: to make one, to hand it over and to free it takes its time, however small it is.
+  const isShort = vertexCount <= 65536, buffer = new ArrayBuffer(VERTEX_BYTES * vertexCount + (isShort ? 2 : 4) * indexCount);
+  const positions = new Int16Array(buffer, 0, 4 * vertexCount), tints = new Uint8Array(buffer, 8 * vertexCount, 4 * vertexCount);
+  const indices = isShort ? new Uint16Array(buffer, VERTEX_BYTES * vertexCount, indexCount) : new Uint32Array(buffer, VERTEX_BYTES * vertexCount, indexCount);
+  copyIndices(new Uint32Array(wide.buffer, 0, indexCount), indices, page);
+  const { low, high } = splitVertices(new Uint32Array(vertices.buffer, 0, 3 * vertexCount), positions, new Uint32Array(buffer, 8 * vertexCount, vertexCount));
   const metres = (quanta: Vec3): Vec3 => [0, 1, 2].map(k => page.origin[k] + page.quantum * quanta[k]) as Vec3;
   return {
     key: page.key, version: page.version, level: page.level, hasColors: page.hasColors, origin: page.origin,
-    quantum: page.quantum, ageS: page.ageS, positions, tints, low: metres(low), high: metres(high),
-    indices: page.vertexCount <= 65536 ? shortened(indices) : indices,
+    quantum: page.quantum, ageS: page.ageS, positions, tints, low: metres(low), high: metres(high), indices,
   };
 }
 
-/** The same in 16 bits, by a loop: constructors of typed arrays convert several times slower. */
-function shortened(indices: Uint32Array): Uint16Array {
-  const result = new Uint16Array(indices.length);
-  for (let i = 0; i < result.length; ++i) result[i] = indices[i];
-  return result;
+/** By a loop: constructors of typed arrays convert several times slower. */
+function copyIndices(from: Uint32Array, to: Uint16Array | Uint32Array, { key, vertexCount }: EncodedPage): void {
+  let most = 0;
+  for (let i = 0; i < from.length; ++i) {
+    const index = from[i];
+    to[i] = index;
+    if (index > most) most = index;
+  }
+  if (from.length > 0 && most >= vertexCount) throw new FrameError(`page ${key.join(", ")}: index ${most} of ${vertexCount} vertices`);
 }
 
-/** Bytes of 12 a vertex -> two arrays of four a vertex, and the box in quanta. `vertices` begins at a multiple of four bytes. */
-function splitVertices(vertices: Uint8Array, count: number) {
-  const words = new Uint32Array(vertices.buffer, vertices.byteOffset, 3 * count);
-  const positions = new Int16Array(4 * count), tints = new Uint8Array(4 * count);
-  const places = new Uint32Array(positions.buffer), colors = new Uint32Array(tints.buffer);
-  for (let i = 0; i < count; ++i) {
+/** Three words a vertex -> two of positions and one of colours; the box in quanta. */
+function splitVertices(words: Uint32Array, positions: Int16Array, colors: Uint32Array): { low: Vec3; high: Vec3 } {
+  const places = new Uint32Array(positions.buffer, positions.byteOffset, positions.length / 2);
+  for (let i = 0; i < colors.length; ++i) {
     places[2 * i] = words[3 * i];
     places[2 * i + 1] = words[3 * i + 1];
     colors[i] = words[3 * i + 2];
   }
   const low: Vec3 = [0, 0, 0], high: Vec3 = [0, 0, 0];
-  for (let k = 0; k < 3 && count > 0; ++k) {
+  for (let k = 0; k < 3 && colors.length > 0; ++k) {
     let least = positions[k], most = least;
     for (let i = k; i < positions.length; i += 4) {
       const value = positions[i];
@@ -111,7 +126,7 @@ function splitVertices(vertices: Uint8Array, count: number) {
     low[k] = least;
     high[k] = most;
   }
-  return { positions, tints, low, high };
+  return { low, high };
 }
 
 /** Unit normal of an octahedral code: two signed bytes in 1/127. */

@@ -61,31 +61,33 @@ export function findOpenEdges({ indices, positions, origin, quantum }: MeshPage)
 const NEIGHBOURS: PageKey[] = Array.from({ length: 27 }, (_, i): PageKey => [i % 3 - 1, Math.floor(i / 3) % 3 - 1, Math.floor(i / 9) - 1]).filter(offset => offset.some(v => v !== 0));
 const CELL_TOLERANCES = 4;
 
-/** Open edges of one page, found again by the middle of an edge: numbers of cells, sorted, and whose they are. */
+/** Open edges of one page, found again by the middle of an edge: in lists, by the number of its cell. */
 class EdgeIndex {
   /** Three numbers an edge. */
   readonly middles: Float32Array;
-  private readonly codes: Int32Array;
-  private readonly order: Uint32Array;
+  private readonly first: Int32Array;  // edge of each list, or -1; as many as a power of two
+  private readonly next: Int32Array;   // edge of the same list, or -1
   private readonly low = [Infinity, Infinity, Infinity];
   private readonly high = [-Infinity, -Infinity, -Infinity];
   private readonly cellM: number;
 
   constructor(readonly ends: Float32Array, private readonly toleranceM: number) {
     this.cellM = CELL_TOLERANCES * toleranceM;
-    const count = ends.length / 6, codes = new Int32Array(count), middles = new Float32Array(3 * count);
+    const count = ends.length / 6, middles = new Float32Array(3 * count);
+    this.first = new Int32Array(2 ** Math.ceil(Math.log2(count + 1))).fill(-1);
+    this.next = new Int32Array(count);
     for (let edge = 0; edge < count; ++edge) {
       for (let k = 0; k < 3; ++k) {
         const middle = Math.fround((ends[6 * edge + k] + ends[6 * edge + 3 + k]) / 2);
         middles[3 * edge + k] = middle;
-        this.low[k] = Math.min(this.low[k], middle - toleranceM);
-        this.high[k] = Math.max(this.high[k], middle + toleranceM);
+        if (middle - toleranceM < this.low[k]) this.low[k] = middle - toleranceM;
+        if (middle + toleranceM > this.high[k]) this.high[k] = middle + toleranceM;
       }
-      codes[edge] = this.code(middles[3 * edge], middles[3 * edge + 1], middles[3 * edge + 2]);
+      const list = this.listOf(middles[3 * edge], middles[3 * edge + 1], middles[3 * edge + 2]);
+      this.next[edge] = this.first[list];
+      this.first[list] = edge;
     }
     this.middles = middles;
-    this.order = Uint32Array.from(codes.keys()).sort((a, b) => codes[a] - codes[b]);
-    this.codes = Int32Array.from(this.order, edge => codes[edge]);
   }
 
   /** May edges of another page be the same as some of this one? */
@@ -100,7 +102,7 @@ class EdgeIndex {
     for (let corner = 0; corner < 8; ++corner) {  // the cube of the tolerance around the middle touches up to two cells an axis
       const dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
       if ((dx && !this.isParted(x)) || (dy && !this.isParted(y)) || (dz && !this.isParted(z))) continue;
-      if (this.isInCell(this.code(x + (2 * dx - 1) * toleranceM, y + (2 * dy - 1) * toleranceM, z + (2 * dz - 1) * toleranceM), x, y, z)) return true;
+      if (this.isInList(this.listOf(x + (2 * dx - 1) * toleranceM, y + (2 * dy - 1) * toleranceM, z + (2 * dz - 1) * toleranceM), x, y, z)) return true;
     }
     return false;
   }
@@ -110,27 +112,19 @@ class EdgeIndex {
     return Math.floor((value - this.toleranceM) / this.cellM) !== Math.floor((value + this.toleranceM) / this.cellM);
   }
 
-  private isInCell(code: number, x: number, y: number, z: number): boolean {
-    const { middles, order, toleranceM } = this;
-    for (let at = this.firstOf(code); this.codes[at] === code; ++at) {
-      const i = 3 * order[at];
+  private isInList(list: number, x: number, y: number, z: number): boolean {
+    const { middles, next, toleranceM } = this;
+    for (let edge = this.first[list]; edge !== -1; edge = next[edge]) {
+      const i = 3 * edge;
       if (Math.abs(middles[i] - x) < toleranceM && Math.abs(middles[i + 1] - y) < toleranceM && Math.abs(middles[i + 2] - z) < toleranceM) return true;
     }
     return false;
   }
 
-  private code(x: number, y: number, z: number): number {
-    return Math.imul(Math.floor(x / this.cellM), 73856093) ^ Math.imul(Math.floor(y / this.cellM), 19349663) ^ Math.imul(Math.floor(z / this.cellM), 83492791);
-  }
-
-  private firstOf(code: number): number {
-    let low = 0, high = this.codes.length;
-    while (low < high) {
-      const middle = low + high >> 1;
-      if (this.codes[middle] < code) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+  /** The list of the cell of a point; several cells may share one. */
+  private listOf(x: number, y: number, z: number): number {
+    const { cellM } = this, code = Math.imul(Math.floor(x / cellM), 73856093) ^ Math.imul(Math.floor(y / cellM), 19349663) ^ Math.imul(Math.floor(z / cellM), 83492791);
+    return (code ^ code >>> 15) & this.first.length - 1;
   }
 }
 

@@ -1,8 +1,8 @@
 import { Color, Matrix4, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
-import { PATH_NAMES, type Box, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
-import type { ShownFrame } from "../live/worker_messages.ts";
+import { PATH_NAMES, type Box, type Pose, type Vec3 } from "../protocol/frames.ts";
+import type { OpenEdges, ShownFrame } from "../live/worker_messages.ts";
 import { CameraRig, VIEW_SLOPE } from "./camera_rig.ts";
-import { DetailPace } from "./detail_pace.ts";
+import { DetailPace, type Change } from "./detail_pace.ts";
 import { Dots } from "./dots.ts";
 import { GridLayer } from "./grid_layer.ts";
 import { Latency } from "./latency.ts";
@@ -18,6 +18,11 @@ export type Layer = (typeof LAYERS)[number];
 function join(a: Box | null, b: Box | null): Box | null {
   if (!a || !b) return a ?? b;
   return { low: a.low.map((value, k) => Math.min(value, b.low[k])) as Vec3, high: a.high.map((value, k) => Math.max(value, b.high[k])) as Vec3 };
+}
+
+/** The canvas's WebGL 2, the same at each call; null without it. A second one, to try whether there is any, takes 0.1 s and more where software draws. */
+export function webGl2Of(canvas: HTMLCanvasElement): WebGL2RenderingContext | null {
+  return canvas.getContext("webgl2", { antialias: true, powerPreference: "high-performance" });
 }
 
 /** Everything in three dimensions. Draws only when something changed. Needs WebGL 2: the constructor throws without it. */
@@ -48,14 +53,14 @@ export class SceneView {
   private readonly dots: Record<string, Dots> = {
     keyframes: new Dots("#ffd166", 7), scan: new Dots("#ff5db1", 4), obstacles: new Dots("#ff3b30", 9, true),
   };
-  private dirty = true;
+  private change: Change = "moved";  // since the last picture
   private drawing: WebGLSync | null = null;  // the last picture, until the graphics card has finished it
   private readonly pace = new DetailPace();
   private lastS = 0;
   private readonly stalePaths = new Set<number>();
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ canvas, context: webGl2Of(canvas)! });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.autoClear = false;
     this.mesh = new MeshLayer(this.gl());
@@ -67,7 +72,7 @@ export class SceneView {
     requestAnimationFrame(time => this.step(time));
   }
 
-  requestDraw(): void { this.dirty = true; }
+  requestDraw(): void { this.change = "moved"; }
 
   setBackground(color: string): void {
     this.renderer.setClearColor(new Color(color));
@@ -100,12 +105,13 @@ export class SceneView {
       case "gridTile": this.grid.set(frame.tile); break;
       default: return;
     }
-    this.requestDraw();
+    if (frame.kind === "meshPage" || frame.kind === "pageGone") this.requestGrown();
+    else this.requestDraw();
   }
 
-  showOpenEdges(key: PageKey, ends: Float32Array): void {
-    this.openEdges.set(key, ends);
-    this.requestDraw();
+  showOpenEdges(pages: readonly OpenEdges[]): void {
+    for (const { key, ends } of pages) this.openEdges.set(key, ends);
+    this.requestGrown();
   }
 
   clear(): void {
@@ -165,6 +171,10 @@ export class SceneView {
     return new Promise(done => this.canvas.toBlob(done, "image/png"));
   }
 
+  private requestGrown(): void {
+    if (this.change === "none") this.change = "grown";
+  }
+
   private gl(): WebGL2RenderingContext { return this.renderer.getContext() as WebGL2RenderingContext; }
 
   private showPose(pose: Pose): void {
@@ -179,9 +189,9 @@ export class SceneView {
     requestAnimationFrame(next => this.step(next));
     const started = performance.now(), dtS = Math.min(Math.max(time / 1000 - this.lastS, 0), 0.1);
     this.lastS = time / 1000;
-    if (this.onFrame(dtS)) this.dirty = true;
+    if (this.onFrame(dtS)) this.requestDraw();
     if (this.isDrawing()) return;
-    const coarseness = this.pace.begin(this.dirty, started);
+    const coarseness = this.pace.begin(this.change, started);
     if (coarseness === null) return;
     this.draw(coarseness);
     this.fence();
@@ -208,7 +218,7 @@ export class SceneView {
 
   /** The model's triangles may have sides this many times as long as in a fine picture. */
   private draw(coarseness = 1): void {
-    this.dirty = false;
+    this.change = "none";
     for (const which of this.stalePaths) this.drawPath(which);
     this.stalePaths.clear();
     this.openEdges.update();
