@@ -8,7 +8,6 @@ namespace {
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
 constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
 constexpr std::size_t kOdometryKept = 4096;
-constexpr std::size_t kTurnsKept = 256;
 /// Odometry that is read less often tells nothing of tenths of a second.
 constexpr double kFrequent_s = 0.25;
 
@@ -78,30 +77,26 @@ MotionPrediction LaserMotion::since_last(Time now) const {
   if (const auto attitude = attitude_.at(now); attitude && last_attitude_)
     prediction.yaw_change_rad =
         wrap_angle(roll_pitch_yaw(*attitude).z() - roll_pitch_yaw(*last_attitude_).z());
-  if (!last_) return prediction;
-  if (const auto last = odometry_at(*last_), odometry = odometry_at(now); odometry && last)
+  // With the delay as it is known by now; after a long gap only the pose of then is kept.
+  auto last = last_ ? odometry_at(*last_) : std::nullopt;
+  if (!last) last = last_odometry_;
+  if (const auto odometry = odometry_at(now); odometry && last)
     prediction.T_last_now = SE2::from_se3(*last).inverse() * SE2::from_se3(*odometry);
   return prediction;
 }
 
 void LaserMotion::remember(Time now, const std::optional<double>& heading_rad) {
-  if (heading_rad && last_heading_rad_ && !odometry_.empty())
-    turns_.push_back({*last_, now, wrap_angle(*heading_rad - *last_heading_rad_)});
+  if (heading_rad && last_heading_rad_) {
+    const auto by_wheels = [this](Time stamp) -> std::optional<double> {
+      const auto pose = pose_at(odometry_, stamp, Duration::from_seconds(kFrequent_s));
+      return pose ? std::optional(SE2::from_se3(*pose).angle()) : std::nullopt;
+    };
+    delay_.learn(*last_, now, *heading_rad - *last_heading_rad_, by_wheels);
+  }
   last_attitude_ = attitude_.at(now);
+  last_odometry_ = odometry_at(now);
   last_ = now;
   last_heading_rad_ = heading_rad;
-  if (turns_.size() > kTurnsKept) turns_.pop_front();  // the odometry has ended
-  learn_delay();
-}
-
-void LaserMotion::learn_delay() {
-  const auto heading = [this](Time stamp) -> std::optional<double> {
-    const auto pose = pose_at(odometry_, stamp, Duration::from_seconds(kFrequent_s));
-    return pose ? std::optional(SE2::from_se3(*pose).angle()) : std::nullopt;
-  };
-  for (; !turns_.empty() && odometry_.back().stamp >= turns_.front().to + WheelDelay::margin();
-       turns_.pop_front())
-    delay_.learn(turns_.front().from, turns_.front().to, turns_.front().turn_rad, heading);
 }
 
 }  // namespace hm

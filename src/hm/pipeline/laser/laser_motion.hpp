@@ -1,5 +1,4 @@
 #pragma once
-#include <deque>
 #include <optional>
 
 #include "hm/estimation/vehicle_estimator.hpp"
@@ -43,7 +42,6 @@ class LaserMotion {
 
  private:
   [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
-  void learn_delay();
 
   StateEstimator estimator_;
   SE3 T_base_imu_;
@@ -54,14 +52,10 @@ class LaserMotion {
   double yaw_rad_ = 0;  // of the gyroscope alone: continuous, whatever the fusion corrects
   Trajectory odometry_;
   std::optional<Mat3> last_attitude_;
+  std::optional<SE3> last_odometry_;
   std::optional<Time> last_;
   std::optional<double> last_heading_rad_;
   WheelDelay delay_;
-  struct Turn {
-    Time from, to;
-    double turn_rad;
-  };
-  std::deque<Turn> turns_;  // matched, but the odometry does not reach far enough yet
 };
 
 }  // namespace hm

@@ -34,8 +34,8 @@ constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
-/// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree needs
-/// no other one: chance does not lead from the one to the other.
+/// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree
+/// needs no other one, if none that disagrees waits.
 constexpr double kContradictedAsItIs = 0.5;
 /// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
 /// window so much wider.
@@ -69,10 +69,11 @@ SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
 }
 
-SearchWindow widened(SearchWindow window, double factor) {
-  window.half_x_m *= factor;
-  window.half_y_m *= factor;
-  window.half_angle_rad *= factor;
+/// A window so much wider, within the limits of all windows.
+SearchWindow widened(SearchWindow window, double factor, const ScanGraph2DParams& params) {
+  window.half_x_m = std::min(factor * window.half_x_m, params.max_window_m);
+  window.half_y_m = std::min(factor * window.half_y_m, params.max_window_m);
+  window.half_angle_rad = std::min(factor * window.half_angle_rad, params.kMaxWindow_rad);
   return window;
 }
 
@@ -256,9 +257,9 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   // repetition lies within three windows.
   search.params.other_window_ratio = 3;
   CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
-  if (match.status == CorrelativeStatus::kNothing &&
+  if (match.status == CorrelativeStatus::kNothing && !unsolved_ &&
       contradicted_on_way({keyframes_, graph_.T_map_node}, submap.anchor()) > kContradictedForWider) {
-    attempt.window = search.window = widened(search.window, kWider);
+    attempt.window = search.window = widened(search.window, kWider, params_);
     match = search_correlative(search.map, search.points_m, search.window, search.params);
   }
   attempt.score = match.score;
@@ -312,6 +313,7 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     graph_.edges.push_back(loop);
     if (determines_place(loop)) paths_.add_edge(loop);
     ++step.loops_accepted;
+    unsolved_ = true;
   };
   const double correction_m =
       pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
@@ -321,8 +323,10 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     if (!determines_place(edge)) return LoopOutcome::kAmbiguous;
     const MappedKeyframes path{keyframes_, graph_.T_map_node};
     if (!trail_agrees(path, edge.from, edge.T_from_to)) return LoopOutcome::kNotVerified;
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) &&
-        contradicted_on_way(path, edge.from) < kContradictedAsItIs) {
+    // A graph that is not solved yet contradicts itself also where the loops that it has got will mend that.
+    const bool ends_contradiction =
+        !unsolved_ && waiting_.empty() && contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }
@@ -401,6 +405,7 @@ void ScanGraph2D::count(LoopOutcome outcome) {
 }
 
 PoseGraphSolution ScanGraph2D::optimise(std::size_t first) {
+  unsolved_ = false;
   GraphPart<PoseGraph2D> part = part_since(graph_, first);
   PoseGraphSolution solution = solve_pose_graph(part.graph, params_.solver, part.held);
   for (int round = 0; round < kMaxTakeOutRounds && take_out_contradictions(part); ++round)
