@@ -36,6 +36,12 @@ Mat3 in_odom(const OdometryStep& step) {
   return turned_covariance(T_odom_keyframe.rotation(), step.match.covariance);
 }
 
+/// Heading of a scan that was matched for certain.
+std::optional<double> heading_of(const OdometryStep& step) {
+  const bool is_sure = step.status == OdometryStatus::kTracking && step.confirmed;
+  return is_sure ? std::optional(step.T_odom_base->angle()) : std::nullopt;
+}
+
 bool decide_matching(const LaserParameters& params, const LaserPlatform& platform) {
   if (params.run.poses != LaserPoseSource::kAuto) return params.run.poses == LaserPoseSource::kScans;
   return scans_horizontally(platform.rigs.front()) || !platform.has_odometry;
@@ -295,12 +301,6 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
   if (scans_without_velocity > 0) --scans_without_velocity;
   prediction.find_first = long_gap || slow;
   return prediction;
-}
-
-/// Heading of a scan that was matched for certain.
-static std::optional<double> heading_of(const OdometryStep& step) {
-  const bool is_sure = step.status == OdometryStatus::kTracking && step.confirmed;
-  return is_sure ? std::optional(step.T_odom_base->angle()) : std::nullopt;
 }
 
 bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {

@@ -69,12 +69,16 @@ SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
 }
 
-/// A window so much wider, within the limits of all windows.
-SearchWindow widened(SearchWindow window, double factor, const ScanGraph2DParams& params) {
-  window.half_x_m = std::min(factor * window.half_x_m, params.max_window_m);
-  window.half_y_m = std::min(factor * window.half_y_m, params.max_window_m);
-  window.half_angle_rad = std::min(factor * window.half_angle_rad, params.kMaxWindow_rad);
-  return window;
+/// A window so much wider, within the limits of all windows; nothing where it is at all of them.
+std::optional<SearchWindow> widened(const SearchWindow& window, double factor,
+                                    const ScanGraph2DParams& params) {
+  SearchWindow wider = window;
+  wider.half_x_m = std::min(factor * window.half_x_m, params.max_window_m);
+  wider.half_y_m = std::min(factor * window.half_y_m, params.max_window_m);
+  wider.half_angle_rad = std::min(factor * window.half_angle_rad, params.kMaxWindow_rad);
+  const bool grew = wider.half_x_m > window.half_x_m || wider.half_y_m > window.half_y_m ||
+                    wider.half_angle_rad > window.half_angle_rad;
+  return grew ? std::optional(wider) : std::nullopt;
 }
 
 /// Direction in which a covariance is largest.
@@ -257,9 +261,10 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   // repetition lies within three windows.
   search.params.other_window_ratio = 3;
   CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
-  if (match.status == CorrelativeStatus::kNothing && !unsolved_ &&
+  const auto wider = widened(search.window, kWider, params_);
+  if (match.status == CorrelativeStatus::kNothing && !unsolved_ && wider &&
       contradicted_on_way({keyframes_, graph_.T_map_node}, submap.anchor()) > kContradictedForWider) {
-    attempt.window = search.window = widened(search.window, kWider, params_);
+    attempt.window = search.window = *wider;
     match = search_correlative(search.map, search.points_m, search.window, search.params);
   }
   attempt.score = match.score;
@@ -324,9 +329,10 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     const MappedKeyframes path{keyframes_, graph_.T_map_node};
     if (!trail_agrees(path, edge.from, edge.T_from_to)) return LoopOutcome::kNotVerified;
     // A graph that is not solved yet contradicts itself also where the loops that it has got will mend that.
-    const bool ends_contradiction =
-        !unsolved_ && waiting_.empty() && contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction) {
+    const auto ends_contradiction = [&] {
+      return !unsolved_ && waiting_.empty() && contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
+    };
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction()) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }

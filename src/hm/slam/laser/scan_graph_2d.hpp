@@ -52,7 +52,7 @@ struct ScanGraphStatistics {
 /// correlative search in submaps of a few keyframes, in a window given by the graph's uncertainty, verified
 /// by PL-ICP, and optimised with a robust loss. Provides `map -> odom`; poses in `odom` are never changed.
 ///
-/// add_keyframe() costs at most two bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
+/// add_keyframe() costs at most three bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
 /// all keyframe positions; optimise(), a sparse optimisation, is called by the user at any time.
 /// Deterministic; not thread safe.
 class ScanGraph2D {
