@@ -96,14 +96,30 @@ def merged(stored, found, details, when):
                                       if key in benches or re.sub(r"_\d+$", "", key) in benches}}
 
 
-def table_lines(name, entries, measured, letters):
-    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | judges | measured | on |",
-             "|---|---|---|---|---|---|---|---|---|---|---|"]
-    for e in entries:
-        when = measured[e["name"]]
+def occasion_of(row, letters):
+    """Day, commit and machine of a stored row."""
+    return f"{row['date']} {row['commit']} | {letters[row['machine']]}"
+
+
+def beside(entry, other_occasion=""):
+    """A figure in another row's line: what is judged, its bar, and when it was measured if that was another time."""
+    value = f"{number(entry['ratio'])} times the peer" if entry["by_ratio"] else f"{number(entry['ours'])} {entry['unit']}"
+    return f"`{entry['name']}` {value} ({number(entry['bar'])}{'' if entry['holds'] else f'; {verdict(entry)}'}{other_occasion})"
+
+
+def table_lines(table, entries, measured, letters):
+    """The lines of a table; `entries`: all measured rows by name."""
+    lines = ["", f"## {table}", "", "| row | ours | peer | ratio | bar | aim | unit | | also (bar) | judges | measured | on |",
+             "|---|---|---|---|---|---|---|---|---|---|---|---|"]
+    for e in (entries[name] for name in rows.lines_of(table) if name in entries):
+        when = occasion_of(measured[e["name"]], letters)
+        also = []
+        for name in (name for name in rows.companions(e["name"]) if name in entries):
+            other = occasion_of(measured[name], letters)
+            also.append(beside(entries[name], "" if other == when else f"; {other.replace(' |', ' on')}"))
         lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {e['judges']} | {when['date']} {when['commit']} | {letters[when['machine']]} |")
-    return lines if entries else []
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {'; '.join(also)} | {e['judges']} | {when} |")
+    return lines if len(lines) > 5 else []
 
 
 def document(stored):
@@ -127,13 +143,14 @@ def document(stored):
               "bench/run simd threads --json # measure these rows, write no file",
               "bench/run --install-peers     # install libopen3d-dev (Open3D 0.16) first", "```"]
     for name in rows.TABLES:
-        lines += table_lines(name, [entry for entry in entries if rows.table_of(entry["name"]) == name], measured, letters)
+        lines += table_lines(name, {entry["name"]: entry for entry in entries}, measured, letters)
     if missing := [name for name in rows.NAMES if name not in measured]:
         lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
     lines += ["", "`bar` is the required value, `aim` the desired one. `ratio` is peer divided by ours (more is better); without a peer,",
               "`ours` is compared with the bar. `measured`: day and commit (with a +: plus uncommitted changes),",
               "`on`: the machine. `judges`: simulation, or the part of the recordings (`bench/recordings.json`: tuning halves choose constants,",
-              "judging halves do not; what closes loops needs the whole). Some rows belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
+              "judging halves do not; what closes loops needs the whole). `also`: what was measured with it or answers the same question,",
+              "with its bar; some rows hold only if such others hold, as `slam_house` with `slam_house_ate`.", "", "## How it is measured", "",
               "Recordings are read from `$HM_DATA`, else from `../shared/data`. Integration uses 600 frames of `sevenscenes_a`, 640x480,",
               "with voxels of 2 cm, a truncation band of 8 cm and depth up to 4 m for all programs. Frames are loaded in chunks of 40.",
               "The programs integrate each chunk in turn, several rounds, each round into a separate map. The time of a frame is that",

@@ -263,6 +263,14 @@ ROWS = [
         "program for 64-bit ARM, emulated: map and mesh of a short recording of other bits than on x86"),
 ]
 NAMES = [row.name for row in ROWS]
+# What the document shows in a row's line besides what the row needs to hold: one line for each question that a user asks.
+BESIDE = {"open3d_scalable": ("simd", "threads", "carving", "steady"), "mesh_whole": ("mesh_incremental",), "map_memory": ("house_memory",),
+          "accuracy": ("fidelity", "completeness", "seams"), "plicp_1081": ("plicp_bag",), "intel_relations": ("intel_relations_loops",),
+          "laser_intel_wheel": ("laser_intel_wheel_exact",), "mvog_memory": ("mvog_update",), "vo_sevenscenes": ("vo_every_5th",),
+          "vo_time": ("vo_hour",), "slam_tum_rpy": ("slam_never_harms",), "slam_house": ("mesh_from_slam",), "bundle_time": ("loop_judging",),
+          "fly_hover": ("fly_robust",), "fly_speed": ("fly_soak",), "core_m4": ("core_host",), "page_mesh": ("page_rate", "page_encode"),
+          "page_latency": ("page_pose",), "page_script": ("page_frames",), "page_bundle": ("page_memory",), "pilot_latency": ("pilot_dead",),
+          "station_producer": ("station_soak",), "first_picture": ("deb_picture",), "product_build": ("arm64_bits",)}
 # One table for each; a row belongs to the last one that begins at or before it.
 TABLES = {"Dense reconstruction": "open3d_scalable", "Laser": "plicp_1081", "RGB-D odometry and SLAM": "vo_sevenscenes",
           "Calibration": "depth_calibration", "Flight": "fly_hover", "Live view": "page_mesh", "Link": "link_noise",
@@ -310,7 +318,7 @@ def judged(row, ours, peer):
     else:
         holds = ours <= row.bar if row.judge == "at_most" else ours >= row.bar
     return {"name": row.name, "unit": row.unit, "ours": ours, "peer": peer, "ratio": ratio, "bar": row.bar,
-            "aim": row.aim, "holds": holds, "judges": recordings.part_judged(row.bench)}
+            "aim": row.aim, "by_ratio": row.judge.startswith("ratio"), "holds": holds, "judges": recordings.part_judged(row.bench)}
 
 
 def combine(entries):
@@ -332,6 +340,18 @@ def benches_of(names, skip=()):
             wanted += [name for name in row.with_rows if name not in wanted]
     chosen = [row for row in ROWS if row.name in wanted and row.bench not in skipped]
     return list(dict.fromkeys((row.bench, row.threads) for row in chosen)), [row.name for row in chosen]
+
+
+def companions(name):
+    """The rows shown in a row's line: those that it needs to hold, what stands beside it, and what these need."""
+    found = [*next(row.with_rows for row in ROWS if row.name == name), *BESIDE.get(name, ())]
+    return found + [further for other in BESIDE.get(name, ()) for further in companions(other)]
+
+
+def lines_of(table):
+    """The rows of a table that have a line of their own."""
+    shown = {other for row in ROWS for other in companions(row.name)}
+    return [name for name in NAMES if name not in shown and table_of(name) == table]
 
 
 def table_of(name):

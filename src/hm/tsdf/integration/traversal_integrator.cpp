@@ -5,7 +5,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/integration/ray_walk.hpp"
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {
 

@@ -4,10 +4,10 @@
 #include <map>
 
 #include "hm/tsdf/integration/integrator.hpp"
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
 #include "hm/tsdf/projection/projection_scan.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {
 namespace {

@@ -1,9 +1,10 @@
 #include "hm/tsdf/projection/projection_scan.hpp"
 
 #include <algorithm>
-#include <array>
 
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
+#include "hm/tsdf/projection/space_carving.hpp"
+#include "hm/tsdf/projection/voxel_observation.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {
 
@@ -59,48 +60,6 @@ Eigen::Vector3f ProjectionScan::origin_of(VolumeKey key) const {
 
 namespace {
 
-/// Pixel of a voxel and its distance in front of the measured surface.
-struct Lookup {
-  bool valid = false;
-  bool in_range = false;  ///< the reading is not beyond far
-  int pixel = 0;          ///< index into the depth image
-  int tile = 0;
-  float z_m = 0;  ///< the voxel's own depth
-  float u_m = 0;  ///< measured depth - own depth: positive in front of the surface
-  float tau_m = 0;
-  float weight = 0;  ///< of an observation, in 1/kWeightOne
-
-  [[nodiscard]] bool is_hit() const { return valid && in_range && u_m >= -tau_m && u_m <= tau_m; }
-  /// Observed distance in sdf units, clamped to the distance limit.
-  [[nodiscard]] float sample(const ProjectionScan& scan) const {
-    return round_to_even(std::clamp(u_m, -scan.distance_limit_m, scan.distance_limit_m) *
-                         scan.sdf_units_per_m);
-  }
-};
-using VoxelLookups = std::array<Lookup, kVolumeVoxels>;
-
-Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
-  Lookup found;
-  found.z_m = h[2];
-  if (!(h[2] > 0.0f)) return found;
-  const float inverse = 1.0f / h[2];
-  const float u = h[0] * inverse, v = h[1] * inverse;
-  if (!(u >= -0.5f && u < scan.max_u && v >= -0.5f && v < scan.max_v)) return found;
-  const int column = static_cast<int>(round_to_even(u)), row = static_cast<int>(round_to_even(v));
-  found.pixel = row * scan.width + column;
-  found.tile = row / kTileSide * scan.tiles_x + column / kTileSide;
-  const float signed_depth = scan.depth_m[found.pixel];
-  const bool at_edge = signed_depth < 0.0f;
-  const float depth = at_edge ? -signed_depth : signed_depth;
-  found.valid = depth > 0.0f;
-  found.in_range = depth < PreparedDepth::kFarM;
-  found.u_m = depth - h[2];
-  found.tau_m = scan.truncation.at(depth);
-  found.weight =
-      observation_weight(at_edge ? scan.edge_weight_numerator : scan.weight_numerator, found.tau_m);
-  return found;
-}
-
 std::uint32_t pixel_rgb(const std::uint8_t* rgb, int pixel) {
   const std::uint8_t* p = rgb + 3 * static_cast<std::ptrdiff_t>(pixel);
   return static_cast<std::uint32_t>(p[0]) | static_cast<std::uint32_t>(p[1]) << 8u |
@@ -108,10 +67,10 @@ std::uint32_t pixel_rgb(const std::uint8_t* rgb, int pixel) {
 }
 
 /// Updates a volume that intersects the hit region (Alg. 2).
-void observe_volume(const ProjectionScan& scan, const ProjectionTask& task, const VoxelLookups& lookups,
-                    VolumeUpdate& update) {
+void observe_volume(const ProjectionScan& scan, const ProjectionTask& task,
+                    const VolumeObservations& observations, VolumeUpdate& update) {
   for (int i = 0; i < kVolumeVoxels; ++i) {
-    const Lookup& found = lookups[static_cast<std::size_t>(i)];
+    const VoxelObservation& found = observations[static_cast<std::size_t>(i)];
     if (!found.valid || !found.in_range || found.u_m < -found.tau_m) continue;
     TsdfVoxel& voxel = task.voxels[i];
     const bool was_solid = voxel.weight() > 0 && voxel.sdf() <= 0;
@@ -131,43 +90,16 @@ void observe_volume(const ProjectionScan& scan, const ProjectionTask& task, cons
   }
 }
 
-/// Space carving (4.2.3) in one volume.
-void carve_volume(const ProjectionScan& scan, const ProjectionTask& task, const VoxelLookups& lookups,
-                  VolumeUpdate& update) {
-  for (int i = 0; i < kVolumeVoxels; ++i) {
-    const Lookup& found = lookups[static_cast<std::size_t>(i)];
-    TsdfVoxel& voxel = task.voxels[i];
-    const float end_m = found.tau_m + scan.carving_margin_m;
-    if (!found.valid || !(found.u_m > end_m) || voxel.weight() == 0 || voxel.sdf() >= scan.stale_below)
-      continue;
-    // Solid voxels well in front of all readings of their tile lose weight; others are updated as free.
-    if (voxel.sdf() <= 0 && scan.tile_min_m[found.tile] - found.z_m > end_m)
-      voxel = take_weight(voxel, round_to_even(found.weight * scan.carving_factor));
-    else if (found.in_range)
-      voxel = add_observation(voxel, found.sample(scan), found.weight, scan.weight_cap);
-    else
-      continue;
-    ++update.carved;
-    update.border_layers |= border_layers_of(i & 7, i >> 3 & 7, i >> 6);
-  }
-}
-
 }  // namespace
 
 VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionTask& task) {
-  const Eigen::Vector3f origin = scan.origin_of(task.key);
-  VoxelLookups lookups;
-  for (int i = 0; i < kVolumeVoxels; ++i) {
-    float h[3];
-    for (int row = 0; row < 3; ++row)
-      h[row] = (origin[row] + static_cast<float>(i >> 6) * scan.step_z[row]) + scan.lane[row][i & 63];
-    lookups[static_cast<std::size_t>(i)] = look_up(scan, h);
-  }
+  const VolumeObservations observations = observe_voxels(scan, task.key);
   VolumeUpdate update;
-  if (std::any_of(lookups.begin(), lookups.end(), [](const Lookup& found) { return found.is_hit(); }))
-    observe_volume(scan, task, lookups, update);
+  if (std::any_of(observations.begin(), observations.end(),
+                  [](const VoxelObservation& found) { return found.is_hit(); }))
+    observe_volume(scan, task, observations, update);
   else if (scan.carving_factor > 0 && task.may_carve)
-    carve_volume(scan, task, lookups, update);
+    carve_volume(scan, task, observations, update);
   return update;
 }
 

@@ -9,8 +9,8 @@
 #include <hwy/highway.h>
 
 #include "hm/sensors/vectors_inl.hpp"
-#include "hm/tsdf/projection/discrete_update_filter_inl.hpp"
 #include "hm/tsdf/projection/projection_lookup_inl.hpp"
+#include "hm/tsdf/update/discrete_update_filter_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {

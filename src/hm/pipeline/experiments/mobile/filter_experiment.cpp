@@ -6,8 +6,8 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/report/plot.hpp"
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
 #include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {
 namespace {

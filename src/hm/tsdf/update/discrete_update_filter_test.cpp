@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "hm/core/rng.hpp"
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 // Reference: table in section (c) of the dense specification, where truncating, flooring and plain rounding
 // filters drift or stall; the filters must stay near the exact running mean in all rows.

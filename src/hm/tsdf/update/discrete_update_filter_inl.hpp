@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "hm/sensors/vectors_inl.hpp"
-#include "hm/tsdf/projection/discrete_update_filter.hpp"
+#include "hm/tsdf/update/discrete_update_filter.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
