@@ -8,6 +8,7 @@ from verdicts import run_hm
 
 NEAR_S, EXACT_S = 0.02, 1e-5
 SEEDS = (1, 2, 3, 4, 5)
+LIVE_SCANS = 2400  # a minute
 
 
 def thinned(log, every, out):
@@ -68,6 +69,17 @@ def against_relations(program, data, work):
               "laser_intel_wheel_exact": exact["mean_m"]}
     return ([{"name": name, "ours": value, "peer": None} for name, value in values.items()],
             {"fr079": degraded, "intel_wheel": wheels, "intel_wheel_exact": exact})
+
+
+def scan_times(program, data, work):
+    """(rows, details) of bench/run: all of laser SLAM a scan, loops in it; and live, with loops on a thread of their own."""
+    log = run_hm(program, "laser", data / "laser" / "intel_wheel_odometry.log", "-o", Path(work) / "log", "--set", "laser.pictures=false")
+    flight = Path(work) / "flight"
+    run_hm(program, "simulate", "house", "--sensor", "laser_mav", "--frames", LIVE_SCANS, "-o", flight)
+    live = run_hm(program, "laser", flight, "-o", Path(work) / "live", "--pace", "realtime", "--set", "laser.pictures=false")
+    values = {"laser_time": log["scan_ms"]["mean"], "laser_time_p99": live["scan_ms"]["p99"]}
+    return ([{"name": name, "ours": value, "peer": None} for name, value in values.items()],
+            {name: {key: run[key] for key in ("scan_ms", "match_ms", "insert_ms", "loops", "scans")} for name, run in (("log", log), ("live", live))})
 
 
 def without_odometry(program, data, work):

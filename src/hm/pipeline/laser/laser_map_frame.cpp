@@ -35,9 +35,9 @@ std::filesystem::path map_file_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params) {
+LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params, LoopThread thread) {
   LaserMapFrame frame;
-  frame.loops_ = std::make_unique<LoopCloser>(params.loops);
+  frame.loops_ = std::make_unique<LiveLoopCloser>(params.loops, thread);
   return frame;
 }
 
@@ -57,7 +57,7 @@ MapFrameStep LaserMapFrame::process(const PlanarScan& scan, const OdometryStep& 
   const Stopwatch watch;
   MapFrameStep result;
   if (step.T_odom_base && loops_) {
-    result.loop = loops_->add(scan, step);
+    loops_->add(scan, step);
     note(scan.stamp, loops_->T_map_odom());
   }
   if (step.T_odom_base && localiser_) {
@@ -93,22 +93,22 @@ void LaserMapFrame::note(Time stamp, const SE2& T_map_odom) {
 }
 
 void LaserMapFrame::finish() {
-  if (!loops_ || loops_->graph().size() == 0) return;
+  if (!loops_ || loops()->graph().size() == 0) return;
   loops_->finish();
-  const ScanGraph2D& graph = loops_->graph();
+  const ScanGraph2D& graph = loops()->graph();
   note(graph.keyframe(graph.size() - 1).scan.stamp, loops_->T_map_odom());
 }
 
 bool LaserMapFrame::corrects() const {
   if (!loops_) return !history_.empty();
-  const ScanGraphStatistics& loops = loops_->graph().statistics();
-  return loops.accepted > loops.removed;
+  const ScanGraphStatistics& closed = loops()->graph().statistics();
+  return closed.accepted > closed.removed;
 }
 
 SE2 LaserMapFrame::T_map_odom_at(Time stamp, const SE2& T_odom_base) const {
   if (!corrects()) return {};
   if (loops_) {
-    const auto T_map_base = loops_->graph().T_map_base(stamp, T_odom_base);
+    const auto T_map_base = loops()->graph().T_map_base(stamp, T_odom_base);
     return T_map_base ? *T_map_base * T_odom_base.inverse() : SE2();
   }
   const auto after = std::upper_bound(history_.begin(), history_.end(), stamp,

@@ -11,7 +11,7 @@
 #include "hm/pipeline/common/mvog_file.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/slam/laser/grid_localiser.hpp"
-#include "hm/slam/laser/loop_closer.hpp"
+#include "hm/slam/laser/live_loop_closer.hpp"
 
 namespace hm {
 
@@ -27,7 +27,6 @@ struct LaserMapFrameParams {
 /// Effect of one scan on the frame `map`.
 struct MapFrameStep {
   SE2 T_map_odom;                            ///< as it was known after this scan
-  std::optional<ScanGraphStep> loop;         ///< the scan became a node of the graph
   std::optional<Localisation> localisation;  ///< the scan was searched for in the saved map
   double ms = 0;
 };
@@ -38,12 +37,13 @@ struct MapFrameChange {
   SE2 T_map_odom;
 };
 
-/// Place of the control frame `odom` in `map`. `odom` is read, never changed. Not thread safe;
-/// deterministic but for the milliseconds.
+/// Place of the control frame `odom` in `map`. `odom` is read, never changed. Not thread safe. Deterministic
+/// but for the milliseconds; with a thread for loops, what steps and history say depends on its progress, and
+/// what is asked for later waits for it.
 class LaserMapFrame {
  public:
   LaserMapFrame() = default;  ///< `map` is `odom`
-  static LaserMapFrame from_loops(const LaserMapFrameParams& params);
+  static LaserMapFrame from_loops(const LaserMapFrameParams& params, LoopThread thread = LoopThread::kCaller);
   /// While the place is not known, it is searched for every `seek_interval_s`.
   static LaserMapFrame from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params);
 
@@ -54,7 +54,7 @@ class LaserMapFrame {
 
   [[nodiscard]] MapFrameSource source() const;
   /// Null unless loops are closed.
-  [[nodiscard]] const LoopCloser* loops() const { return loops_.get(); }
+  [[nodiscard]] const LoopCloser* loops() const { return loops_ ? &loops_->settled() : nullptr; }
   /// Every change of T_map_odom while scans came, in order.
   [[nodiscard]] const std::vector<MapFrameChange>& history() const { return history_; }
   /// True when `map` is not simply `odom`.
@@ -69,7 +69,7 @@ class LaserMapFrame {
   std::optional<Localisation> localise(const PlanarScan& scan, const SE2& T_odom_base);
   void note(Time stamp, const SE2& T_map_odom);
 
-  std::unique_ptr<LoopCloser> loops_;
+  std::unique_ptr<LiveLoopCloser> loops_;
   std::unique_ptr<GridLocaliser> localiser_;
   Duration seek_interval_;
   bool found_ = false;  // the place in the saved map is being followed

@@ -136,6 +136,19 @@ TEST_F(MapFrameOfLoops, LoopsCorrectTheMapAndLeaveOdomAsItIs) {
   EXPECT_EQ(without.map_frame().T_map_odom_at(odom.back().stamp, SE2(1, 2, 3)).vector(), Vec3::Zero());
 }
 
+TEST_F(MapFrameOfLoops, AThreadForLoopsChangesNothingThatIsKnownAtTheEnd) {
+  LaserPipeline caller({}, kWheeled), own({}, kWheeled, nullptr, LoopThread::kOwn);
+  const Trajectory odom = odom_of(run(drive_, caller));
+  const Trajectory same = odom_of(run(drive_, own));
+  ASSERT_EQ(same.size(), odom.size());
+  const Trajectory corrected = caller.map_frame().corrected(odom), again = own.map_frame().corrected(same);
+  ASSERT_TRUE(own.map_frame().corrects());
+  for (std::size_t i = 0; i < odom.size(); ++i) {
+    ASSERT_EQ(odom[i].T_world_base.matrix(), same[i].T_world_base.matrix()) << i;
+    ASSERT_EQ(corrected[i].T_world_base.matrix(), again[i].T_world_base.matrix()) << i;
+  }
+}
+
 TEST_F(MapFrameOfLoops, TheMapIsThatOfTheCorrectedPath) {
   LaserPipeline pipeline({}, kWheeled);
   const TemporaryFolder folder;

@@ -33,7 +33,7 @@ struct LaserMapper::Impl {
   Impl(const LaserParameters& all, const LaserPlatform& platform, const OccupancyGrid2D* saved_map)
       : parameters(all),
         rigs(platform.rigs),
-        pipeline(all, platform, saved_map),
+        pipeline(all, platform, saved_map, LoopThread::kOwn),
         keeps_scans(pipeline.map_frame().source() != MapFrameSource::kOdometry) {}
 
   LaserParameters parameters;

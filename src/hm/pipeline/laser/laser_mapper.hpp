@@ -33,8 +33,9 @@ struct LaserPose {
 /// occupancy grid.
 ///
 /// Inputs of one kind come in order of their stamps. A scan waits until IMU and odometry have reached its end
-/// (laser.max_wait_s at most), so that take_poses() may give nothing for it at once. One thread calls it; no
-/// other works. Deterministic.
+/// (laser.max_wait_s at most), so that take_poses() may give nothing for it at once. One thread calls it;
+/// loops are searched for and solved on another, so that no scan waits for them. Deterministic but for
+/// T_map_base of take_poses(), which depends on how far that thread is; what is asked for later waits for it.
 ///
 /// Memory: the grid (`mvog.max_map_mb` caps it), and while loops are closed every scan with its pose (5 kB
 /// for 1,081 beams, 12 MB a minute at 40 Hz), from which corrected_map() is made.

@@ -47,11 +47,12 @@ bool decide_matching(const LaserParameters& params, const LaserPlatform& platfor
   return scans_horizontally(platform.rigs.front()) || !platform.has_odometry;
 }
 
-LaserMapFrame map_frame_of(const LaserParameters& params, bool matches_scans, const OccupancyGrid2D* saved) {
+LaserMapFrame map_frame_of(const LaserParameters& params, bool matches_scans, const OccupancyGrid2D* saved,
+                           LoopThread loops) {
   const LaserMapFrameParams frame{params.loops, params.localiser, params.run.kSeekInterval_s};
   if (!matches_scans) return {};
   if (saved) return LaserMapFrame::from_saved_map(*saved, frame);
-  return params.run.close_loops ? LaserMapFrame::from_loops(frame) : LaserMapFrame();
+  return params.run.close_loops ? LaserMapFrame::from_loops(frame, loops) : LaserMapFrame();
 }
 
 }  // namespace
@@ -80,7 +81,8 @@ bool scans_horizontally(const LaserRig& rig) {
 
 /// The stages of a LaserPipeline and what they remember.
 struct LaserPipeline::State {
-  State(const LaserParameters& parameters, LaserPlatform of_vehicle, const OccupancyGrid2D* saved_map);
+  State(const LaserParameters& parameters, LaserPlatform of_vehicle, const OccupancyGrid2D* saved_map,
+        LoopThread loops);
   void process_waiting(bool all);
   void process(const LaserScan& scan, LaserStep& step);
   void process_matched(const LaserScan& scan, LaserStep& step);
@@ -128,7 +130,7 @@ struct LaserPipeline::State {
 };
 
 LaserPipeline::State::State(const LaserParameters& parameters, LaserPlatform of_vehicle,
-                            const OccupancyGrid2D* saved_map)
+                            const OccupancyGrid2D* saved_map, LoopThread loops)
     : params(parameters),
       platform(std::move(of_vehicle)),
       matches_scans(decide_matching(params, platform)),
@@ -138,7 +140,7 @@ LaserPipeline::State::State(const LaserParameters& parameters, LaserPlatform of_
       projector(rig(), params.projection),
       odometry(params.matcher),
       search(params.motion_search, params.matcher.matcher),
-      map_frame(map_frame_of(params, matches_scans, saved_map)),
+      map_frame(map_frame_of(params, matches_scans, saved_map, loops)),
       floor(floor_params(params.height, rig()), SurfaceSide::kFloor),
       ceiling(params.height, SurfaceSide::kCeiling),
       grid(params.mvog),
@@ -158,7 +160,9 @@ void LaserPipeline::State::process_waiting(bool all) {
     LaserStep step;
     step.laser = next.laser;
     step.stamp = step.scan_stamp = next.scan.stamp;
+    const Stopwatch watch;
     process(next.scan, step);
+    step.total_ms = watch.milliseconds();
     steps.push_back(std::move(step));
   }
 }
@@ -373,9 +377,9 @@ void LaserPipeline::State::insert(const LaserScan& scan, LaserStep& step, const 
 }
 
 LaserPipeline::LaserPipeline(const LaserParameters& params, LaserPlatform platform,
-                             const OccupancyGrid2D* saved_map) {
+                             const OccupancyGrid2D* saved_map, LoopThread loops) {
   HM_CHECK(!platform.rigs.empty(), "a platform without a laser");
-  state_ = std::make_unique<State>(params, std::move(platform), saved_map);
+  state_ = std::make_unique<State>(params, std::move(platform), saved_map, loops);
 }
 
 LaserPipeline::~LaserPipeline() = default;

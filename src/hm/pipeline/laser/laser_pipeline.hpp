@@ -54,6 +54,7 @@ struct LaserStep {
   BeamScanStats beams;                    ///< what went into the map
   std::vector<SweepKnot> sweep;           ///< how it went there, where `map` is not `odom`
   double project_ms = 0, match_ms = 0, insert_ms = 0;
+  double total_ms = 0;  ///< all that was done when it was processed
 };
 
 /// The perception half of the laser system (dissertation 2.2, 2.5), in memory: scans become poses
@@ -63,15 +64,16 @@ struct LaserStep {
 /// (`max_wait_s` at most); what became of it is then in take_steps(). The grid is in the frame `odom`, which
 /// nothing corrects. Where `odom` lies in `map` is learned from places seen again, or from a map of an
 /// earlier run: map_frame(). The grid in the frame `map`: rebuild_laser_map(). Not thread safe; deterministic
-/// but for the milliseconds.
+/// but for the milliseconds and, with a thread for loops, for T_map_odom until finish().
 class LaserPipeline {
  public:
   /// A laser whose scan plane is tilted less than this is horizontal.
   static constexpr double kMaxHorizontalTilt_rad = 0.35;
 
-  /// `saved_map`: a map to find the vehicle in; loops are not closed then.
+  /// `saved_map`: a map to find the vehicle in; loops are not closed then. `loops`: where they are searched
+  /// for.
   LaserPipeline(const LaserParameters& params, LaserPlatform platform,
-                const OccupancyGrid2D* saved_map = nullptr);
+                const OccupancyGrid2D* saved_map = nullptr, LoopThread loops = LoopThread::kCaller);
   ~LaserPipeline();
 
   void add_imu(const ImuSample& sample);

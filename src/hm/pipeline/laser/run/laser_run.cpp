@@ -126,7 +126,8 @@ class Run {
       : options_(options),
         folder_(folder),
         recording_(std::move(recording)),
-        pipeline_(options.parameters.laser, laser_platform(recording_), saved_map),
+        pipeline_(options.parameters.laser, laser_platform(recording_), saved_map,
+                  options.pace == LaserPace::kRealtime ? LoopThread::kOwn : LoopThread::kCaller),
         events_(recording_, pipeline_, options.parameters.laser.run),
         records_(options.most_records),
         counts_(recording_.truth),
@@ -162,7 +163,7 @@ class Run {
   MappedScanFile mapped_;             ///< where `map` is not `odom`
   std::vector<Time> breaks_;          ///< stamps of poses that nothing joins with the one before
   std::optional<LaserRunView> view_;  ///< of somebody who watches
-  RunningSummary match_ms_, insert_ms_;
+  RunningSummary scan_ms_, match_ms_, insert_ms_;
   double insert_sum_ms_ = 0;
   Stopwatch run_watch_;
   std::size_t scans_since_sample_ = 0;
@@ -228,6 +229,7 @@ void Run::show_progress() const {
 /// the tables and what a new map needs.
 void Run::note(LaserScanRecord record) {
   const LaserStep& step = record.step;
+  scan_ms_.add(step.total_ms);
   if (step.matched_scan) match_ms_.add(step.match_ms);
   if (step.odometry.new_keyframe) ++summary_.keyframes;
   if (step.odometry.searched) ++summary_.scans_searched;
@@ -262,6 +264,7 @@ void Run::count() {
       std::unique(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                   [](const StampedPose& a, const StampedPose& b) { return a.stamp == b.stamp; });
   summary_.trajectory_odom.erase(twice, summary_.trajectory_odom.end());
+  summary_.scan_ms = scan_ms_.summary();
   summary_.match_ms = match_ms_.summary();
   summary_.insert_ms = insert_ms_.summary();
   if (summary_.beams > 0)

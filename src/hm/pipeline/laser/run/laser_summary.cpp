@@ -214,6 +214,7 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   v({"recording_s", "recording", "{:.1f} s"}, summary.recording_s);
   v({"odometry_delay_s", "odometry read before the stamps of scans by", "{:.2f} s"},
     summary.odometry_delay_s);
+  v.spread({"scan_ms", "a scan", "{:.3f} ms"}, summary.scan_ms);
   v.json("match_ms", {});
   if (summary.matched_scans) v.spread({"match_ms", "matching", "{:.3f} ms"}, summary.match_ms);
   v.spread({"insert_ms", "inserting", "{:.3f} ms"}, summary.insert_ms);

@@ -107,6 +107,7 @@ struct LaserSummary {
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;  ///< of more than LaserRunOptions::most_records an even thinning
   double run_s = 0, recording_s = 0;
+  Summary scan_ms;  ///< everything that is done when a scan is processed
   Summary match_ms, insert_ms;
   double insert_us_per_beam = 0;
   std::size_t beams = 0;  ///< that went into the map

@@ -1,0 +1,75 @@
+#include "hm/slam/laser/live_loop_closer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "hm/laser/testing/planar_world.hpp"
+
+namespace hm {
+namespace {
+
+using namespace laser_testing;
+
+struct OdometryOfScan {
+  PlanarScan scan;
+  OdometryStep step;
+};
+
+/// Once around an office's corridor and on, by an odometry that drifts.
+std::vector<OdometryOfScan> drifting_drive() {
+  const PlanarWorld world = office_world();
+  Rng rng(11);
+  std::vector<OdometryOfScan> result;
+  SE2 T_odom_base = office_loop(0), T_world_last = office_loop(0);
+  for (double at_m = 0; at_m < 1.5 * kOfficeLoop_m; at_m += 0.5) {
+    const SE2 T_world_base = office_loop(at_m);
+    const SE2 motion = T_world_last.inverse() * T_world_base;
+    T_odom_base = T_odom_base * SE2(motion.translation(), motion.angle() + 0.004);
+    T_world_last = T_world_base;
+    OdometryOfScan next{planar_scan_of_world(world, T_world_base, {181, 4.71, 30, 0.01}, rng), {}};
+    next.scan.stamp = Time::from_seconds(10 + at_m);
+    next.step.status = OdometryStatus::kTracking;
+    next.step.T_odom_base = T_odom_base;
+    next.step.T_keyframe_base = SE2();
+    next.step.new_keyframe = true;
+    next.step.match.covariance = Vec3(1e-4, 1e-4, 2e-5).asDiagonal();
+    result.push_back(std::move(next));
+  }
+  return result;
+}
+
+TEST(LiveLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
+  LoopCloser plain;
+  LiveLoopCloser caller({}, LoopThread::kCaller), own({}, LoopThread::kOwn);
+  for (const OdometryOfScan& next : drifting_drive()) {
+    plain.add(next.scan, next.step);
+    caller.add(next.scan, next.step);
+    own.add(next.scan, next.step);
+    ASSERT_EQ(caller.T_map_odom().vector(), plain.T_map_odom().vector());
+    EXPECT_EQ(caller.waiting_scans(), 0u);
+  }
+  EXPECT_EQ(own.settled().T_map_odom().vector(), plain.T_map_odom().vector());
+  EXPECT_EQ(own.T_map_odom().vector(), plain.T_map_odom().vector());
+  EXPECT_EQ(own.waiting_scans(), 0u);
+  plain.finish();
+  caller.finish();
+  own.finish();
+  ASSERT_GT(plain.graph().statistics().accepted, 0u);
+  const auto& wanted = plain.graph().graph().T_map_node;
+  for (const LoopCloser* closer : {&caller.settled(), &own.settled()}) {
+    const auto& nodes = closer->graph().graph().T_map_node;
+    ASSERT_EQ(nodes.size(), wanted.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) ASSERT_EQ(nodes[i].vector(), wanted[i].vector()) << i;
+  }
+}
+
+TEST(LiveLoopCloser, EndsWhileScansWait) {
+  const auto drive = drifting_drive();
+  LiveLoopCloser live;
+  for (const OdometryOfScan& next : drive) live.add(next.scan, next.step);
+  // Its end drops those that wait, and waits for the one that is processed.
+}
+
+}  // namespace
+}  // namespace hm
