@@ -91,8 +91,8 @@ def wait_until_whole(driver, seconds=300):
     """Until no page has come for two seconds; returns seconds since the start of the page, and to its first picture."""
     start, last, since, first = time.monotonic(), None, time.monotonic(), None
     while time.monotonic() - start < seconds:
-        state = driver.execute_script(f"return window.housemartin?.stage ? [{VIEW}.mesh.pageCount, {VIEW}.mesh.triangleCount, performance.now()] : null")
-        if state and state[0] and first is None:
+        state = driver.execute_script(f"return window.housemartin?.stage ? [{VIEW}.mesh.pageCount, {VIEW}.mesh.triangleCount, performance.now(), {VIEW}.mesh.drawnPages] : null")
+        if state and state[3] and first is None:
             first = state[2] / 1000
         if state != last and (last is None or state[:2] != last[:2]):
             last, since = state, time.monotonic()

@@ -20,7 +20,9 @@ SKIPPED = 77
 VIEW = "housemartin.stage.view"
 FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-background-networking",
          "--disable-component-update", "--disable-sync", "--disable-quic", "--no-first-run", "--disable-extensions", "--mute-audio",
-         "--hide-scrollbars", "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
+         "--hide-scrollbars", "--disable-dev-shm-usage",
+         # Pages of its own, which it would load beside the one that is opened.
+         "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
 DESK, PHONE, PHONE_LANDSCAPE = (1280, 800), (390, 844), (844, 390)
 
 

@@ -18,6 +18,7 @@ constexpr double kMinOverlapRatio = 0.25;
 constexpr double kTurnStep_px = 3, kMaxTurn_rad = 0.2;  // of the search for turns, finest level
 constexpr double kMinSearchOverlapRatio = 0.4;
 constexpr std::size_t kTurnsKept = 6;
+constexpr double kLeastCorrelated = 60;  // pixels
 constexpr double kClearlyBetter = 0.85;  // relative to the result from the guesses
 
 /// Depth of a pixel of a level: of the central cell under it, or the first neighbouring cell with a depth.
@@ -205,6 +206,22 @@ PhotometricResult align_photometrically(const PhotometricReference& reference, c
   result.residual = left.mean_abs;
   result.overlap_ratio = left.overlap_ratio;
   return result;
+}
+
+std::optional<double> picture_correlation(const PhotometricReference& reference, const ImagePyramid& current,
+                                          const SE3& T_ref_cur) {
+  if (reference.levels().size() < 2) return std::nullopt;
+  const auto& level = *(reference.levels().end() - 2);
+  const Differences differences = differences_at(level, current.level(level.level), T_ref_cur.inverse());
+  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+  for (std::size_t i = 0; i < level.pixels.size(); ++i) {
+    if (std::isnan(differences.values[i])) continue;
+    const double there = level.pixels[i].intensity, here = there + differences.values[i];
+    n += 1, a += there, b += here, aa += there * there, bb += here * here, ab += there * here;
+  }
+  if (n < kLeastCorrelated || differences.overlap_ratio < kMinOverlapRatio) return std::nullopt;
+  const double variances = (aa - a * a / n) * (bb - b * b / n);
+  return variances > 0 ? (ab - a * b / n) / std::sqrt(variances) : 0;
 }
 
 PhotometricResult search_turns(const PhotometricReference& reference, const ImagePyramid& current,

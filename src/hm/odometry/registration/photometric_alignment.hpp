@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "hm/odometry/feature/image_pyramid.hpp"
@@ -44,9 +45,15 @@ struct PhotometricResult {
 PhotometricResult align_photometrically(const PhotometricReference& reference, const ImagePyramid& current,
                                         const std::vector<SE3>& guesses_T_ref_cur);
 
-/// The same for large rotations since the reference, as at a few frames per second, where repeating patterns
-/// (wallpaper, tiles) cause wrong local minima. Compares the images at rotations of up to 0.2 rad around a
-/// guess and refines the best few; never worse than `result`.
+/// Correlation (-1 to 1) of the reference's intensities with those that the current image has there at a
+/// given motion, on a level where motion blur matters little; nothing where the reference shows too little
+/// texture or the images share less than a quarter of it.
+std::optional<double> picture_correlation(const PhotometricReference& reference, const ImagePyramid& current,
+                                          const SE3& T_ref_cur);
+
+/// The same as align_photometrically() for large rotations since the reference, as at a few frames per
+/// second, where repeating patterns (wallpaper, tiles) cause wrong local minima. Compares the images at
+/// rotations of up to 0.2 rad around a guess and refines the best few; never worse than `result`.
 PhotometricResult search_turns(const PhotometricReference& reference, const ImagePyramid& current,
                                const PhotometricResult& result, const std::vector<SE3>& guesses_T_ref_cur);
 

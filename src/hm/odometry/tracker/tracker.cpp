@@ -24,6 +24,7 @@ namespace {
 constexpr int kMinStartFeatures = 30;
 constexpr int kUnknownFrames = 5;          // with features but no known landmark: the model has none here
 constexpr double kLongGap_s = 0.1;         // without a pose: the camera may have rotated far
+constexpr double kShortGap_s = 0.25;       // the last picture still shows part of this one
 constexpr double kMaxBridgeSigma_m = 0.3;  // of a pose without images; beyond it the frame is lost
 
 class Tracker final : public VisualOdometry {
@@ -291,7 +292,9 @@ class Tracker final : public VisualOdometry {
     tell_pose(out);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
-    const bool due = keyframe_due(T, attempt.registration.inliers);
+    best_inliers_ = std::max(best_inliers_, attempt.registration.inliers);
+    const bool due = keyframe_due(params_.tracker, map_.keyframes().back().T_odom_camera.inverse() * T,
+                                  attempt.registration.inliers, best_inliers_, keyframe_depth_m_);
     FeatureSet features = due ? detect_features(view, T) : FeatureSet{};
     if (due && (status != TrackingStatus::kBridged || count_with_depth(features) >= kMinStartFeatures)) {
       const auto turn = inertia_.turn(map_.keyframes().back().record->stamp, view.frame->stamp);
@@ -316,15 +319,6 @@ class Tracker final : public VisualOdometry {
     if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T_odom_depth);
     if (status != TrackingStatus::kTracked) return T;
     return filter_.update(view.grid, T_odom_depth) * T_camera_depth.inverse();
-  }
-
-  bool keyframe_due(const SE3& T, int inliers) {
-    const MapKeyframe& last = map_.keyframes().back();
-    const SE3 motion = last.T_odom_camera.inverse() * T;
-    best_inliers_ = std::max(best_inliers_, inliers);
-    return inliers < params_.tracker.kKeyframeInlierRatio * best_inliers_ ||
-           motion.angle() > params_.tracker.kKeyframeAngle_rad ||
-           motion.translation().norm() > params_.tracker.kKeyframeDistanceRatio * keyframe_depth_m_;
   }
 
   /// Uses the last frame with the mean of the velocities before and after it, now that both are known.
@@ -434,9 +428,15 @@ class Tracker final : public VisualOdometry {
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
-    // Depth alone cannot say whether features that nothing known matches show the same place.
-    if (!by_depth && count_with_depth(features) < kMinStartFeatures) by_depth = attempt_by_depth(view);
-    if (by_depth && by_depth->refusal.empty())
+    // Depth alone cannot say whether features that nothing known matches show the same place; a last picture
+    // can that is the same at a coarse scale, as in the blur of a fast turn.
+    const bool is_blank = count_with_depth(features) < kMinStartFeatures;
+    if (!by_depth && (is_blank || since_posed_s(view) < kShortGap_s)) by_depth = attempt_by_depth(view);
+    const bool is_known_by_depth = by_depth && by_depth->refusal.empty();
+    if (is_known_by_depth &&
+        (is_blank || geometry_.is_active() ||
+         (by_depth->is_sure() &&
+          shows_the_same(reference_, view, T_odom_last_.inverse() * by_depth->T_odom_camera))))
       return accept_by_depth(view, *by_depth, std::move(features), out);
     lost_.count(view.frame->stamp);
     velocity_.reset();

@@ -9,17 +9,19 @@ namespace hm {
 namespace {
 
 constexpr double kDarkPeriod_s = 1.0 / 30;
-enum class Picture { kSeen, kMissing, kBlack };
+constexpr double kNoise = 220;  // grey values
+enum class Picture { kSeen, kMissing, kBlack, kNoisy, kOfAnotherRoom };
 
 /// A room off whose centre the walk sees its corners; depth has the noise of a Kinect.
 RgbdFrame frame_of_walk(int index, Picture picture) {
   TexturedRoom room;
   if (picture == Picture::kBlack) room.brightness = 0;
+  if (picture == Picture::kOfAnotherRoom) room.seed = 77;
   Rng rng(static_cast<std::uint64_t>(index) + 1);
   const SE3 T = SE3(so3_exp(Vec3(0, 0.75, 0)) * so3_exp(Vec3(-0.3, 0, 0)), Vec3::Zero()) *
                 path_pose(index * kDarkPeriod_s);
   RgbdFrame frame = render_room(room, room_camera(), T, Time::from_seconds(1 + index * kDarkPeriod_s),
-                                {true, 0, DepthNoise{}}, &rng);
+                                {true, picture == Picture::kNoisy ? kNoise : 0, DepthNoise{}}, &rng);
   frame.index = static_cast<std::size_t>(index);
   if (picture == Picture::kMissing) frame.color = {};
   return frame;
@@ -77,6 +79,26 @@ TEST_P(TrackerInTheDark, FollowsTheSurfacesAndFindsItsLandmarksAgain) {
 
 INSTANTIATE_TEST_SUITE_P(WithoutColour, TrackerInTheDark,
                          testing::Values(Picture::kMissing, Picture::kBlack));
+
+/// Of a picture in which no landmark can be found, depth and what the picture shows at a coarse scale give
+/// the pose; one of another room with the same walls does not.
+TEST(Tracker, FollowsThroughAPictureThatShowsCoarseThingsOnly) {
+  for (const Picture picture : {Picture::kNoisy, Picture::kOfAnotherRoom}) {
+    const auto odometry = make_tracker({}, room_camera());
+    const SE3 T_world_odom = *frame_of_walk(0, Picture::kSeen).T_world_camera;
+    constexpr int kChanged = 15;
+    for (int i = 0; i < 25; ++i) {
+      const RgbdFrame frame = frame_of_walk(i, i == kChanged ? picture : Picture::kSeen);
+      const TrackedFrame tracked = odometry->track(frame);
+      const bool is_followed = i == kChanged && picture == Picture::kNoisy;
+      EXPECT_EQ(tracked.numbers.by_depth, is_followed) << i << " " << tracked.reason;
+      if (i == kChanged && !is_followed)
+        EXPECT_EQ(tracked.status, TrackingStatus::kLost);
+      else
+        EXPECT_LT(error_of_walk_m(tracked, frame, T_world_odom), 0.03) << i;
+    }
+  }
+}
 
 /// Without any colour the trajectory begins with the first depth image; the first picture does not begin
 /// another.

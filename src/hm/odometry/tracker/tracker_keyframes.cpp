@@ -73,6 +73,13 @@ std::vector<LandmarkObservation> observations_of(const LocalMap& map, const MapK
 
 }  // namespace
 
+bool keyframe_due(const TrackerParams& params, const SE3& T_keyframe_camera, int inliers, int best_inliers,
+                  double depth_m) {
+  return inliers < params.kKeyframeInlierRatio * best_inliers ||
+         T_keyframe_camera.angle() > params.kKeyframeAngle_rad ||
+         T_keyframe_camera.translation().norm() > params.kKeyframeDistanceRatio * depth_m;
+}
+
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
                                           const RegistrationParams& params, std::size_t target_landmarks) {
   const RgbdFrame& frame = *parts.frame->frame;

@@ -26,6 +26,11 @@ struct KeyframeParts {
   std::optional<GyroTurn> turn = {};  ///< since the last keyframe
 };
 
+/// A frame becomes a keyframe when it finds much fewer landmarks than the best one since the last keyframe,
+/// or has moved away from it. `depth_m`: of that keyframe's features.
+bool keyframe_due(const TrackerParams& params, const SE3& T_keyframe_camera, int inliers, int best_inliers,
+                  double depth_m);
+
 /// Adds the frame to the model as a keyframe: inlier matches become sightings, and features with depth apart
 /// from them become new landmarks, up to `target_landmarks`. Returns the keyframe's record.
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,

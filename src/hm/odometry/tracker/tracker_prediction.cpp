@@ -12,6 +12,7 @@ constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kSurfaceElements = 1200;  // at most, of those compared
 constexpr double kClearlyBetter = 0.85;    // intensity difference relative to the photometric result
 constexpr double kMaxExtrapolation_s = 0.5;
+constexpr double kSamePicture = 0.6;  // correlation; blurred pictures of one place have 0.85 and more
 
 int surface_stride(const DepthGrid& grid) {
   const double cells = static_cast<double>(grid.depth_m.size());
@@ -43,6 +44,11 @@ std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& referen
   for (const SE3& guess : guesses_T_ref_cur)
     if (const auto motion = follow_surface(surface, frame.grid, guess, noise)) motions.push_back(*motion);
   return motions;
+}
+
+bool shows_the_same(const PredictionReference& reference, const TrackerFrame& frame, const SE3& T_ref_cur) {
+  const auto correlation = picture_correlation(reference.picture, frame.pyramid, T_ref_cur);
+  return correlation && *correlation > kSamePicture;
 }
 
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,

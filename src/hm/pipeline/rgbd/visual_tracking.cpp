@@ -150,7 +150,8 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
                                    track.unused.front().index, track.unused.front().reason));
   if (track.frames_by_depth > 0)
     warnings.push_back(
-        fmt::format("{} of {} were tracked by depth alone, since their colour is missing or shows nothing",
+        fmt::format("{} of {} were tracked by depth alone, since their colour is missing, or shows nothing "
+                    "or nothing that is known",
                     with_thousands(track.frames_by_depth), counted(track.frames_read, "frame")));
   if (track.frames_lost > 0)
     warnings.push_back(fmt::format("{} of {} have no pose; tracking was lost {}, first at frame {}: {}",

@@ -75,7 +75,8 @@ void LaserRunView::show(const LaserStep& step, const LaserPipeline& pipeline, co
     view_.on_event(LogLevel::kWarning, "a scan has no pose: " + step.reason);
   }
   show_grid(view_, pipeline.map(), T_map_odom, params_, !pipeline.measures_height());
-  if ((T_map_odom_.inverse() * T_map_odom).log().norm() > kShownCorrection) {
+  if (pipeline.map_frame().is_settled() &&
+      (T_map_odom_.inverse() * T_map_odom).log().norm() > kShownCorrection) {
     T_map_odom_ = T_map_odom;
     show_path(pipeline.map_frame().corrected(T_odom_base));
   }
