@@ -111,7 +111,7 @@ def table_lines(table, entries, measured, letters):
     """The lines of a table; `entries`: all measured rows by name."""
     lines = ["", f"## {table}", "", "| row | ours | peer | ratio | bar | aim | unit | | also (bar) | judges | measured | on |",
              "|---|---|---|---|---|---|---|---|---|---|---|---|"]
-    for e in (entries[name] for name in rows.lines_of(table) if name in entries):
+    for e in (entries[name] for name in rows.lines_of(table, entries)):
         when = occasion_of(measured[e["name"]], letters)
         also = []
         for name in (name for name in rows.companions(e["name"]) if name in entries):

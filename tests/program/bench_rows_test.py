@@ -81,6 +81,9 @@ assert ("| `open3d_scalable` | 1 | 6 | 6 | 5 | 10 | ms a frame | holds only with
         "`carving` 1.2 times the time without (1.1; DOES NOT HOLD; 2026-02-03 bbbbbbb+ on B) | whole | 2026-01-02 aaaaaaa |") in page, page
 assert "| `map_memory` | 10 | 100 | 10 | 8 | 12 | MB | holds |  | whole | 2026-01-02 aaaaaaa |" in page, page
 
+alone = report.document(second)
+assert "| `simd` | 1 | 4 | 4 | 3 | 6 | ms a frame | holds |  | whole |" in alone, "a row whose line's own row is not measured has a line"
+
 # Every row is in one line of the document, its own or that of the question that it belongs to.
 in_lines = [name for table in rows.TABLES for line in rows.lines_of(table) for name in (line, *rows.companions(line))]
 assert sorted(in_lines) == sorted(rows.NAMES), set(rows.NAMES) ^ set(in_lines)

@@ -16,6 +16,7 @@ constexpr std::size_t kMostReferences = 40, kMostSurfaces = 16;
 constexpr std::uint64_t kOwn = std::uint64_t{1}
                                << 62;  // identities of own references, apart from the keyframes'
 constexpr double kLeastCompared = 0.25, kLeastFitting = 0.7;
+constexpr double kSureCompared = 0.5, kSureFitting = 0.85, kSureSigma_m = 0.05;
 constexpr double kUsableCells = 0.1;  // with depth
 constexpr double kMostUncertain_m = 0.25;
 
@@ -40,6 +41,11 @@ std::string refusal_of(const ReferenceRegistration& found, double sigma_m) {
 }
 
 }  // namespace
+
+bool GeometryAttempt::is_sure() const {
+  return compared_ratio > kSureCompared && fitting_ratio > kSureFitting &&
+         position_sigma_m(covariance_since_model) < kSureSigma_m;
+}
 
 bool GeometryTracker::is_usable(const DepthGrid& grid) {
   const auto cells = std::count_if(grid.depth_m.pixels().begin(), grid.depth_m.pixels().end(),

@@ -39,8 +39,9 @@ struct GeometryAttempt {
   bool keyframe_due = false;  ///< little of the view is shared with any reference
   double compared_ratio = 0, fitting_ratio = 0;  ///< as in ReferenceRegistration
   std::string refusal;                           ///< empty: the pose is valid
-  /// Most of the image is on known surfaces and agrees with them: nothing large moves by itself in it.
-  [[nodiscard]] bool is_sure() const { return compared_ratio > 0.5 && fitting_ratio > 0.85; }
+  /// Most readings are on known surfaces, agree with them, and hold the camera: nothing large moves by
+  /// itself.
+  [[nodiscard]] bool is_sure() const;
 
   PoseVelocityFilter filter;
   Mat6 covariance_in_model = Mat6::Zero(), start_covariance = Mat6::Zero();

@@ -68,7 +68,7 @@ class Tracker final : public VisualOdometry {
     }
     inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
     out.numbers.inertial = inertia_.use();
-    tell_pose(out);
+    tell_pose_once(out);
     if (out.T_odom_camera) move_to_odom(out);
     out.submap = submap_;
     out.numbers.readout_s = color_times_.in_use().readout_s;
@@ -125,8 +125,7 @@ class Tracker final : public VisualOdometry {
     });
   }
 
-  /// Tells a frame's pose, once.
-  void tell_pose(const TrackedFrame& out) {
+  void tell_pose_once(const TrackedFrame& out) {
     if (!out.T_odom_camera) return;
     if (const OnPose on_pose = std::exchange(on_pose_, {})) on_pose(T_odom_start_ * *out.T_odom_camera);
   }
@@ -289,7 +288,7 @@ class Tracker final : public VisualOdometry {
     covariance_last_ = covariance_of(map_, attempt);
     out.T_camera_depth = view.motion.steady_depth_motion(T);
     out.T_odom_camera = publish(view, T, out.T_camera_depth, status);
-    tell_pose(out);
+    tell_pose_once(out);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     best_inliers_ = std::max(best_inliers_, attempt.registration.inliers);
@@ -401,6 +400,13 @@ class Tracker final : public VisualOdometry {
     }
   }
 
+  /// Whether a picture in which nothing known is found shows the same place as the last, as in a turn's blur.
+  [[nodiscard]] bool is_same_place(const TrackerFrame& view, const GeometryAttempt& attempt) const {
+    const auto same = shows_the_same(reference_, view, T_odom_last_.inverse() * attempt.T_odom_camera);
+    const bool is_sure = attempt.is_sure() && GeometryTracker::is_usable(view.grid);
+    return geometry_.is_active() ? same.value_or(true) : is_sure && same.value_or(false);
+  }
+
   void finish_by_depth(TrackingStatus status, TrackedFrame& out) {
     timed_.reset();
     out.status = status;
@@ -428,16 +434,11 @@ class Tracker final : public VisualOdometry {
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
-    // Depth alone cannot say whether features that nothing known matches show the same place; a last picture
-    // can that is the same at a coarse scale, as in the blur of a fast turn.
     const bool is_blank = count_with_depth(features) < kMinStartFeatures;
     if (!by_depth && (is_blank || since_posed_s(view) < kShortGap_s)) by_depth = attempt_by_depth(view);
-    const bool is_known_by_depth = by_depth && by_depth->refusal.empty();
-    if (is_known_by_depth &&
-        (is_blank || geometry_.is_active() ||
-         (by_depth->is_sure() &&
-          shows_the_same(reference_, view, T_odom_last_.inverse() * by_depth->T_odom_camera))))
+    if (by_depth && by_depth->refusal.empty() && (is_blank || is_same_place(view, *by_depth)))
       return accept_by_depth(view, *by_depth, std::move(features), out);
+    if (!geometry_.is_active()) geometry_.end();  // nothing is kept of a refused pose
     lost_.count(view.frame->stamp);
     velocity_.reset();
     out.status = TrackingStatus::kLost;
@@ -448,9 +449,7 @@ class Tracker final : public VisualOdometry {
     const std::string reason = std::exchange(out.reason, {});
     submap_ += 1;
     begin_submap(view, std::move(features), out);
-    if (out.T_odom_camera) return;
-    submap_ -= 1;
-    out.reason = reason + "; " + out.reason;
+    if (!out.T_odom_camera) submap_ -= 1, out.reason = reason + "; " + out.reason;
   }
 
   std::optional<Relocalisation> search_keyframes(const FeatureSet& features, Time stamp, int& matches) {

@@ -12,7 +12,9 @@ constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kSurfaceElements = 1200;  // at most, of those compared
 constexpr double kClearlyBetter = 0.85;    // intensity difference relative to the photometric result
 constexpr double kMaxExtrapolation_s = 0.5;
-constexpr double kSamePicture = 0.6;  // correlation; blurred pictures of one place have 0.85 and more
+// Correlation. Blurred pictures of one place have 0.85 and more (fr1/rpy, simulated house); of unlike views
+// of a recording, at most four pairs in a thousand have more.
+constexpr double kSamePicture = 0.6;
 
 int surface_stride(const DepthGrid& grid) {
   const double cells = static_cast<double>(grid.depth_m.size());
@@ -46,9 +48,10 @@ std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& referen
   return motions;
 }
 
-bool shows_the_same(const PredictionReference& reference, const TrackerFrame& frame, const SE3& T_ref_cur) {
+std::optional<bool> shows_the_same(const PredictionReference& reference, const TrackerFrame& frame,
+                                   const SE3& T_ref_cur) {
   const auto correlation = picture_correlation(reference.picture, frame.pyramid, T_ref_cur);
-  return correlation && *correlation > kSamePicture;
+  return correlation ? std::optional(*correlation > kSamePicture) : std::nullopt;
 }
 
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,

@@ -53,9 +53,10 @@ struct MotionGuess {
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
                    const DepthNoise& noise);
 
-/// True when the frame's picture, at a coarse scale where motion blur matters little, is that of the
-/// reference moved by T_ref_cur. False when the reference has too little texture to say so.
-bool shows_the_same(const PredictionReference& reference, const TrackerFrame& frame, const SE3& T_ref_cur);
+/// Whether the frame's picture, at a coarse scale where motion blur matters little, is that of the
+/// reference moved by T_ref_cur. Nothing when they share too little texture to say so.
+std::optional<bool> shows_the_same(const PredictionReference& reference, const TrackerFrame& frame,
+                                   const SE3& T_ref_cur);
 
 /// Motions from aligning the surfaces of the two depth images, starting from the guesses
 /// (surface_following.hpp).

@@ -96,7 +96,9 @@ void LaserMapFrame::finish() {
   if (!loops_ || loops()->graph().size() == 0) return;
   loops_->finish();
   const ScanGraph2D& graph = loops()->graph();
-  note(graph.keyframe(graph.size() - 1).scan.stamp, loops_->T_map_odom());
+  // A change that came after the last keyframe, from a thread of its own, is noted at the scan of that time.
+  const Time last = graph.keyframe(graph.size() - 1).scan.stamp;
+  note(history_.empty() ? last : std::max(last, history_.back().stamp), loops_->T_map_odom());
 }
 
 bool LaserMapFrame::corrects() const {

@@ -56,7 +56,7 @@ class LaserMapFrame {
   /// Null unless loops are closed.
   [[nodiscard]] const LoopCloser* loops() const { return loops_ ? &loops_->settled() : nullptr; }
   /// Nothing waits for the thread of loops: what is asked for is known at once.
-  [[nodiscard]] bool is_settled() const { return !loops_ || loops_->waiting_scans() == 0; }
+  [[nodiscard]] bool is_settled() const { return !loops_ || loops_->waiting_keyframes() == 0; }
   /// Every change of T_map_odom while scans came, in order.
   [[nodiscard]] const std::vector<MapFrameChange>& history() const { return history_; }
   /// True when `map` is not simply `odom`.

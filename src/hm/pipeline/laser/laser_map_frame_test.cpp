@@ -143,6 +143,10 @@ TEST_F(MapFrameOfLoops, AThreadForLoopsChangesNothingThatIsKnownAtTheEnd) {
   ASSERT_EQ(same.size(), odom.size());
   const Trajectory corrected = caller.map_frame().corrected(odom), again = own.map_frame().corrected(same);
   ASSERT_TRUE(own.map_frame().corrects());
+  const auto& history = own.map_frame().history();
+  ASSERT_FALSE(history.empty());
+  EXPECT_TRUE(std::ranges::is_sorted(history, {}, &MapFrameChange::stamp));
+  EXPECT_EQ(history.back().T_map_odom.vector(), caller.map_frame().history().back().T_map_odom.vector());
   for (std::size_t i = 0; i < odom.size(); ++i) {
     ASSERT_EQ(odom[i].T_world_base.matrix(), same[i].T_world_base.matrix()) << i;
     ASSERT_EQ(corrected[i].T_world_base.matrix(), again[i].T_world_base.matrix()) << i;

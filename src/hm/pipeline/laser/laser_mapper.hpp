@@ -35,7 +35,7 @@ struct LaserPose {
 /// Inputs of one kind come in order of their stamps. A scan waits until IMU and odometry have reached its end
 /// (laser.max_wait_s at most), so that take_poses() may give nothing for it at once. One thread calls it;
 /// loops are searched for and solved on another, so that no scan waits for them. Deterministic but for
-/// T_map_base of take_poses(), which depends on how far that thread is; what is asked for later waits for it.
+/// T_map_base of take_poses(), which depends on how far that thread is.
 ///
 /// Memory: the grid (`mvog.max_map_mb` caps it), and while loops are closed every scan with its pose (5 kB
 /// for 1,081 beams, 12 MB a minute at 40 Hz), from which corrected_map() is made.
@@ -57,6 +57,7 @@ class LaserMapper {
   /// `laser`: its index in the platform. A scan that cannot be used is none: take_poses() gives the reason.
   void add_scan(LaserScan scan, std::size_t laser = 0);
   /// No more input comes: scans that wait are processed with what there is, loops are solved a last time.
+  /// Waits for the thread of loops, as do trajectory(), corrects() and corrected_map().
   void finish();
   /// The poses of the scans that were processed since the last call, in order.
   std::vector<LaserPose> take_poses();

@@ -264,7 +264,8 @@ void visit(const CaptureSummary& capture, SummaryTree& v) {
   v({"not_recorded", "not recorded"}, capture.not_recorded);
   v({"duration_s", "duration", "{:.1f} s"}, capture.duration_s);
   v({"rate_hz", "tracked a second", "{:.1f}"}, capture.rate_hz);
-  v.spread({"latency_ms", "from image to pose", "{:.1f} ms"}, capture.latency_ms, {"median", "p99", "max"});
+  v.spread({"latency_ms", "from image to pose", "{:.1f} ms"}, capture.latency_ms,
+           {"median", "mean", "p99", "max"});
   v({"saved_s", "saved after", "{:.2f} s"}, capture.saved_s);
 }
 

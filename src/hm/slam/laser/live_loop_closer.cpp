@@ -2,42 +2,60 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace hm {
 
 struct LiveLoopCloser::Impl {
-  explicit Impl(const ScanGraph2DParams& params) : closer(params) {}
+  explicit Impl(const ScanGraph2DParams& params) : keyframes(params), closer(params) {}
   void work();
+  void process(const GraphKeyframe2D& keyframe);
   void wait_until_settled();
+  void throw_failure() {
+    if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
+  }
 
-  struct Waiting {
-    PlanarScan scan;
-    OdometryStep step;
-  };
-  LoopCloser closer;         ///< used by the worker while scans wait, else by the caller
+  GraphKeyframes keyframes;  ///< used by add()
+  LoopCloser closer;         ///< used by the worker while keyframes wait, else by the caller
   mutable std::mutex mutex;  ///< protects all members below
   std::condition_variable changed;
-  std::deque<Waiting> queue;
+  std::deque<GraphKeyframe2D> queue;
   bool busy = false, ending = false;
+  std::exception_ptr failure;  ///< of the worker
   SE2 T_map_odom;
   std::thread worker;  ///< none where the caller does the work
 };
+
+void LiveLoopCloser::Impl::process(const GraphKeyframe2D& keyframe) {
+  closer.add(keyframe);
+  const std::lock_guard lock(mutex);
+  T_map_odom = closer.T_map_odom();
+}
 
 void LiveLoopCloser::Impl::work() {
   std::unique_lock lock(mutex);
   while (true) {
     changed.wait(lock, [this] { return ending || !queue.empty(); });
     if (ending) return;
-    const Waiting next = std::move(queue.front());
+    const GraphKeyframe2D next = std::move(queue.front());
     queue.pop_front();
     busy = true;
     lock.unlock();
-    closer.add(next.scan, next.step);
+    std::exception_ptr failed;
+    try {
+      process(next);
+    } catch (...) {
+      failed = std::current_exception();
+    }
     lock.lock();
-    T_map_odom = closer.T_map_odom();
     busy = false;
+    if (failed) {
+      failure = failed;
+      queue.clear();
+    }
     changed.notify_all();
   }
 }
@@ -45,6 +63,7 @@ void LiveLoopCloser::Impl::work() {
 void LiveLoopCloser::Impl::wait_until_settled() {
   std::unique_lock lock(mutex);
   changed.wait(lock, [this] { return queue.empty() && !busy; });
+  throw_failure();
 }
 
 LiveLoopCloser::LiveLoopCloser(const ScanGraph2DParams& params, LoopThread thread)
@@ -63,14 +82,13 @@ LiveLoopCloser::~LiveLoopCloser() {
 }
 
 void LiveLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
-  if (!impl_->worker.joinable()) {
-    impl_->closer.add(scan, step);
-    impl_->T_map_odom = impl_->closer.T_map_odom();
-    return;
-  }
+  auto keyframe = impl_->keyframes.add(scan, step);
+  if (!keyframe) return;
+  if (!impl_->worker.joinable()) return impl_->process(*keyframe);
   {
     const std::lock_guard lock(impl_->mutex);
-    impl_->queue.push_back({scan, step});
+    impl_->throw_failure();
+    impl_->queue.push_back(std::move(*keyframe));
   }
   impl_->changed.notify_all();
 }
@@ -80,7 +98,7 @@ SE2 LiveLoopCloser::T_map_odom() const {
   return impl_->T_map_odom;
 }
 
-std::size_t LiveLoopCloser::waiting_scans() const {
+std::size_t LiveLoopCloser::waiting_keyframes() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->queue.size() + (impl_->busy ? 1 : 0);
 }
@@ -94,6 +112,7 @@ PoseGraphSolution LiveLoopCloser::finish() {
   impl_->wait_until_settled();
   // The worker sleeps until add() is called again, by this thread.
   const PoseGraphSolution solution = impl_->closer.finish();
+  const std::lock_guard lock(impl_->mutex);
   impl_->T_map_odom = impl_->closer.T_map_odom();
   return solution;
 }

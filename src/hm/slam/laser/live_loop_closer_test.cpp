@@ -47,11 +47,11 @@ TEST(LiveLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
     caller.add(next.scan, next.step);
     own.add(next.scan, next.step);
     ASSERT_EQ(caller.T_map_odom().vector(), plain.T_map_odom().vector());
-    EXPECT_EQ(caller.waiting_scans(), 0u);
+    EXPECT_EQ(caller.waiting_keyframes(), 0u);
   }
   EXPECT_EQ(own.settled().T_map_odom().vector(), plain.T_map_odom().vector());
   EXPECT_EQ(own.T_map_odom().vector(), plain.T_map_odom().vector());
-  EXPECT_EQ(own.waiting_scans(), 0u);
+  EXPECT_EQ(own.waiting_keyframes(), 0u);
   plain.finish();
   caller.finish();
   own.finish();
@@ -66,7 +66,7 @@ TEST(LiveLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
 
 TEST(LiveLoopCloser, EndsWhileScansWait) {
   const auto drive = drifting_drive();
-  LiveLoopCloser live;
+  LiveLoopCloser live({}, LoopThread::kOwn);
   for (const OdometryOfScan& next : drive) live.add(next.scan, next.step);
   // Its end drops those that wait, and waits for the one that is processed.
 }

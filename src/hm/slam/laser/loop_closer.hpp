@@ -1,23 +1,25 @@
 #pragma once
 #include <optional>
 
-#include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/slam/laser/graph_keyframes.hpp"
 #include "hm/slam/laser/scan_graph_2d.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 
 namespace hm {
 
 /// Adds scan odometry to a scan graph and optimises it at intervals, for a vehicle controlled in `odom`;
-/// provides the correction `map -> odom`. Deterministic; not thread safe.
+/// provides the correction `map -> odom` (dissertation 2.4). Deterministic; not thread safe.
 class LoopCloser {
  public:
   /// Optimises the graph after every `loops_per_solution` new loops (a large graph mostly in part, see
   /// SolutionWindow), and in finish().
   explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
-      : params_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
+      : keyframes_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
   /// Adds the odometry result of a scan. Nothing for scans that do not become a node.
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
+  /// Adds a keyframe that GraphKeyframes made, instead.
+  ScanGraphStep add(const GraphKeyframe2D& keyframe);
   /// Optimises the whole graph.
   PoseGraphSolution finish();
 
@@ -27,17 +29,9 @@ class LoopCloser {
 
  private:
   PoseGraphSolution solve(bool whole);
-  [[nodiscard]] bool wants_node(const SE2& T_odom_base) const;
-  [[nodiscard]] Mat3 covariance_since_last(const Mat3& match_odom) const;
-  [[nodiscard]] std::optional<Mat3> wheel_covariance_since_last() const;
 
-  ScanGraph2DParams params_;
+  GraphKeyframes keyframes_;
   ScanGraph2D graph_;
-  // Covariances along the axes of `odom`: of the last node's match, and the sum over odometry keyframes since
-  // then.
-  Mat3 last_match_ = Mat3::Zero(), keyframes_since_ = Mat3::Zero();
-  std::optional<Mat3> wheels_since_ = Mat3::Zero();  // of what wheels measured since the last node
-  bool unknown_since_ = false;                       // odometry was restarted
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
   bool large_correction_ = false;

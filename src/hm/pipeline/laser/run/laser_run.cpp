@@ -303,7 +303,9 @@ Error Run::nothing_posed() const {
 Result<std::optional<MultiVolumeGrid>> Run::correct() {
   const LaserMapFrame& frame = pipeline_.map_frame();
   MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame);
-  if (map.source != MapFrameSource::kOdometry) map.ms = counts_.map_frame_ms();
+  // On a thread of their own, loops cost a scan nothing.
+  const bool on_own_thread = map.source == MapFrameSource::kLoops && options_.pace == LaserPace::kRealtime;
+  if (map.source != MapFrameSource::kOdometry && !on_own_thread) map.ms = counts_.map_frame_ms();
   if (frame.loops()) map.wrong_loops = count_wrong_loops(frame.loops()->graph(), recording_.truth);
   if (map.source == MapFrameSource::kSavedMap) {
     map.localisation = counts_.localisation();

@@ -79,9 +79,11 @@ void add_map_frame(const MapFrameSummary& map, SummaryTree& v) {
   });
   v({"max_shift_m", "poses moved, at most", "{:.2f} m"}, map.max_shift_m);
   v({"changes", "changes of T_map_odom"}, map.history.size());
-  v({"ms_median", "a scan, median", "{:.2f} ms"}, map.ms.median);
-  v({"ms_p99", "a scan, 99 % under", "{:.2f} ms"}, map.ms.p99);
-  v({"ms_max", "a scan, at most", "{:.2f} ms"}, map.ms.max);
+  if (map.ms.max > 0) {
+    v({"ms_median", "a scan, median", "{:.2f} ms"}, map.ms.median);
+    v({"ms_p99", "a scan, 99 % under", "{:.2f} ms"}, map.ms.p99);
+    v({"ms_max", "a scan, at most", "{:.2f} ms"}, map.ms.max);
+  }
   v({"rebuild_s", "map rebuilt in", "{:.1f} s"}, map.rebuild_s);
   if (!map.mvog_odom) return;
   SummaryTree odom;
