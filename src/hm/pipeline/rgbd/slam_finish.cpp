@@ -108,7 +108,8 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
   if (const auto found = check_recognised(options, pipeline.state()); !found) return found;
   pipeline.level();
   TriangleMesh before;
-  const bool compare = (has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures) &&
+  const bool compare = options.compare_with_odometry &&
+                       (has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures) &&
                        !pipeline.state().continued;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return corrected;

@@ -26,7 +26,8 @@ struct SlamRunOptions {
   /// The folder of an earlier result to go on in, which is only read; empty: a map of its own. The run ends
   /// with an error (kNoResult) and writes nothing unless it recognises that map.
   std::filesystem::path continued = {};
-  bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
+  bool force = false;                 ///< runs even where the recording looks unusable (check_before_run)
+  bool compare_with_odometry = true;  ///< also makes the mesh of odometry's poses, for report and errors
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };

@@ -259,6 +259,7 @@ Result<ScanSummary> Scan::finish() {
   options.output = options_.output;
   options.parameters = options_.parameters;
   options.run = run_;
+  options.compare_with_odometry = false;  // whoever scans waits for the result; `hm slam` compares
   SlamSummary slam;
   slam.capture = summary_.capture;
   slam.warnings = summary_.warnings;
