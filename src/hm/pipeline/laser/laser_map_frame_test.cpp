@@ -146,7 +146,8 @@ TEST_F(MapFrameOfLoops, AThreadForLoopsChangesNothingThatIsKnownAtTheEnd) {
   const auto& history = own.map_frame().history();
   ASSERT_FALSE(history.empty());
   EXPECT_TRUE(std::ranges::is_sorted(history, {}, &MapFrameChange::stamp));
-  EXPECT_EQ(history.back().T_map_odom.vector(), caller.map_frame().history().back().T_map_odom.vector());
+  const SE2 T_map_odom = caller.map_frame().history().back().T_map_odom;  // smaller changes are not noted
+  EXPECT_LT((history.back().T_map_odom.vector() - T_map_odom.vector()).norm(), 1e-8);
   for (std::size_t i = 0; i < odom.size(); ++i) {
     ASSERT_EQ(odom[i].T_world_base.matrix(), same[i].T_world_base.matrix()) << i;
     ASSERT_EQ(corrected[i].T_world_base.matrix(), again[i].T_world_base.matrix()) << i;
