@@ -97,14 +97,19 @@ def merged(stored, found, details, when):
 
 
 def occasion_of(row, letters):
-    """Day, commit and machine of a stored row."""
-    return f"{row['date']} {row['commit']} | {letters[row['machine']]}"
+    """(day and commit, letter of the machine) of a stored row."""
+    return f"{row['date']} {row['commit']}", letters[row["machine"]]
 
 
-def beside(entry, other_occasion=""):
-    """A figure in another row's line: what is judged, its bar, and when it was measured if that was another time."""
+def beside(entry, other_occasion=None):
+    """A figure in another row's line: what is judged, its bar, and when and where it was measured if not with that row."""
     value = f"{number(entry['ratio'])} times the peer" if entry["by_ratio"] else f"{number(entry['ours'])} {entry['unit']}"
-    return f"`{entry['name']}` {value} ({number(entry['bar'])}{'' if entry['holds'] else f'; {verdict(entry)}'}{other_occasion})"
+    notes = [number(entry["bar"])]
+    if not entry["holds"]:
+        notes.append(verdict(entry))
+    if other_occasion:
+        notes.append(" on ".join(other_occasion))
+    return f"`{entry['name']}` {value} ({'; '.join(notes)})"
 
 
 def table_lines(table, entries, measured, letters):
@@ -116,9 +121,9 @@ def table_lines(table, entries, measured, letters):
         also = []
         for name in (name for name in rows.companions(e["name"]) if name in entries):
             other = occasion_of(measured[name], letters)
-            also.append(beside(entries[name], "" if other == when else f"; {other.replace(' |', ' on')}"))
+            also.append(beside(entries[name], other if other != when else None))
         lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {'; '.join(also)} | {e['judges']} | {when} |")
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {'; '.join(also)} | {e['judges']} | {' | '.join(when)} |")
     return lines if len(lines) > 5 else []
 
 
