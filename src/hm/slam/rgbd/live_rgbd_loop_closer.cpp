@@ -1,12 +1,10 @@
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 
-#include <condition_variable>
-#include <deque>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/slam/work_queue.hpp"
 
 namespace hm {
 
@@ -18,20 +16,18 @@ constexpr std::size_t kPublishedShare = 20;
 }  // namespace
 
 struct LiveRgbdLoopCloser::Impl {
-  RgbdLoopCloser closer;     ///< used by the worker, or by finish() while the worker waits
-  mutable std::mutex mutex;  ///< protects all members below
-  std::condition_variable changed;
-  std::deque<std::shared_ptr<const Keyframe>> queue;
-  bool busy = false, ending = false;
+  RgbdLoopCloser closer;     ///< used by the queue while keyframes wait, else by the caller
+  mutable std::mutex mutex;  ///< protects `latest`
   Snapshot latest;
-  std::size_t published = 0;  ///< number of keyframes with poses in `latest`; used by the worker
+  std::size_t published = 0;  ///< number of keyframes with poses in `latest`; used by the queue
   int published_submap = -1;
-  std::thread worker;
+  WorkQueue<std::shared_ptr<const Keyframe>> queue;  // last: ends first
 
-  Impl(const PinholeCamera& camera, const RgbdLoopParams& params) : closer(camera, params) {
+  Impl(const PinholeCamera& camera, const RgbdLoopParams& params, ThreadPriority priority)
+      : closer(camera, params),
+        queue([this](const auto& keyframe) { publish_after(closer.add(keyframe), *keyframe); }, priority) {
     latest.corrected = std::make_shared<const CorrectedKeyframes>();
   }
-  void work();
   void publish();
   void publish_after(const RgbdLoopStep& step, const Keyframe& keyframe);
 };
@@ -60,71 +56,33 @@ void LiveRgbdLoopCloser::Impl::publish() {
   latest = std::move(fresh);
 }
 
-void LiveRgbdLoopCloser::Impl::work() {
-  std::unique_lock lock(mutex);
-  while (true) {
-    changed.wait(lock, [this] { return ending || !queue.empty(); });
-    if (ending) return;
-    std::shared_ptr<const Keyframe> keyframe = std::move(queue.front());
-    queue.pop_front();
-    busy = true;
-    lock.unlock();
-    const Keyframe& added = *keyframe;
-    const RgbdLoopStep step = closer.add(keyframe);
-    publish_after(step, added);
-    lock.lock();
-    busy = false;
-    changed.notify_all();
-  }
-}
-
 LiveRgbdLoopCloser::LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params,
                                        ThreadPriority priority)
-    : impl_(std::make_unique<Impl>(camera, params)) {
-  impl_->worker = std::thread([this, priority] {
-    set_thread_priority(priority);
-    impl_->work();
-  });
-}
+    : impl_(std::make_unique<Impl>(camera, params, priority)) {}
 
-LiveRgbdLoopCloser::~LiveRgbdLoopCloser() {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->ending = true;
-  }
-  impl_->changed.notify_all();
-  impl_->worker.join();
-}
+LiveRgbdLoopCloser::~LiveRgbdLoopCloser() = default;
 
 void LiveRgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->queue.push_back(std::move(keyframe));
-  }
-  impl_->changed.notify_all();
+  impl_->queue.add(std::move(keyframe));
 }
 
 LiveRgbdLoopCloser::Snapshot LiveRgbdLoopCloser::snapshot() const {
+  const std::size_t waiting = impl_->queue.waiting();  // before the result: with none, the result is of all
   const std::lock_guard lock(impl_->mutex);
   Snapshot snapshot = impl_->latest;
-  snapshot.waiting_keyframes = impl_->queue.size() + (impl_->busy ? 1 : 0);
+  snapshot.waiting_keyframes = waiting;
   return snapshot;
 }
 
 RgbdAlignmentReport LiveRgbdLoopCloser::finish(const RunContext& run, const KeyframeDepths& depths) {
-  {
-    std::unique_lock lock(impl_->mutex);
-    impl_->changed.wait(lock, [this] { return impl_->queue.empty() && !impl_->busy; });
-  }
-  // The worker sleeps until add() is called again, by this thread.
+  impl_->queue.wait();
   const RgbdAlignmentReport report = impl_->closer.finish(run, depths);
   impl_->publish();
   return report;
 }
 
 const PoseGraph3D& LiveRgbdLoopCloser::graph() const {
-  const std::lock_guard lock(impl_->mutex);
-  HM_CHECK(impl_->queue.empty() && !impl_->busy, "keyframes are waiting");
+  HM_CHECK(impl_->queue.waiting() == 0, "keyframes are waiting");
   return impl_->closer.graph();
 }
 

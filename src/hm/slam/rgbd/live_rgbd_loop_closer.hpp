@@ -7,7 +7,8 @@
 namespace hm {
 
 /// Runs an RgbdLoopCloser on a separate thread, so that tracking never waits. The keyframes included in a
-/// snapshot depend on the machine's speed; the result after finish() equals that of RgbdLoopCloser.
+/// snapshot depend on the machine's speed; the result after finish() equals that of RgbdLoopCloser. An
+/// exception of the thread (std::bad_alloc) is thrown by the next add() or finish().
 class LiveRgbdLoopCloser {
  public:
   explicit LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {},

@@ -1,0 +1,99 @@
+#pragma once
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "hm/core/thread_priority.hpp"
+
+namespace hm {
+
+/// Processes items one by one, in the order in which they come, on a thread of its own. waiting() is called
+/// from any thread, the others from one.
+template <class Item>
+class WorkQueue {
+ public:
+  explicit WorkQueue(std::function<void(const Item&)> process,
+                     ThreadPriority priority = ThreadPriority::kNormal)
+      : process_(std::move(process)), thread_([this, priority] {
+          set_thread_priority(priority);
+          run();
+        }) {}
+  /// Waits for the item that is processed; those that wait are dropped.
+  ~WorkQueue() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  WorkQueue(const WorkQueue&) = delete;
+  WorkQueue& operator=(const WorkQueue&) = delete;
+
+  /// Returns at once. Throws what processing threw since the last call; the items behind that one are
+  /// dropped.
+  void add(Item item) {
+    {
+      const std::lock_guard lock(mutex_);
+      throw_failure();
+      items_.push_back(std::move(item));
+    }
+    changed_.notify_all();
+  }
+  /// Items that are not yet processed.
+  [[nodiscard]] std::size_t waiting() const {
+    const std::lock_guard lock(mutex_);
+    return items_.size() + (busy_ ? 1 : 0);
+  }
+  /// Until all items are processed: then the thread sleeps, and what it used is the caller's until the next
+  /// add(). Throws as add() does.
+  void wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return items_.empty() && !busy_; });
+    throw_failure();
+  }
+
+ private:
+  void run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return ending_ || !items_.empty(); });
+      if (ending_) return;
+      const Item item = std::move(items_.front());
+      items_.pop_front();
+      busy_ = true;
+      lock.unlock();
+      std::exception_ptr failure;
+      try {
+        process_(item);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      lock.lock();
+      busy_ = false;
+      if (failure) {
+        failure_ = failure;
+        items_.clear();
+      }
+      changed_.notify_all();
+    }
+  }
+  void throw_failure() {
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+
+  std::function<void(const Item&)> process_;
+  mutable std::mutex mutex_;  ///< protects all members below but the thread
+  std::condition_variable changed_;
+  std::deque<Item> items_;
+  bool busy_ = false, ending_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+}  // namespace hm
