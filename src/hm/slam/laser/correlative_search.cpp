@@ -65,7 +65,7 @@ class Search {
   /// Returns the best pose with at least `min_sum`; with `beside`, the first pose found that is a different
   /// place.
   std::optional<Candidate> run(std::uint32_t min_sum, const std::optional<Candidate>& beside) {
-    beside_ = beside;
+    set_beside(beside);
     least_ = min_sum;
     best_.reset();
     int level = 0;
@@ -93,6 +93,16 @@ class Search {
   [[nodiscard]] bool limit_reached() const { return evaluations_ > params_.max_evaluations; }
 
  private:
+  void set_beside(const std::optional<Candidate>& beside) {
+    beside_ = beside;
+    like_beside_.clear();
+    if (!beside) return;
+    least_seen_score_ = params_.ambiguity_ratio * seen_score(*beside);
+    for (int angle = -angles_; angle <= angles_; ++angle)
+      like_beside_.push_back(std::abs(wrap_angle((angle - beside->angle) * angle_step_)) <=
+                             params_.other_angle_rad);
+  }
+
   template <class List>
   void add(int level, Candidate candidate, List& list) {
     if (limit_reached() || is_same_place(level, candidate)) return;
@@ -118,7 +128,7 @@ class Search {
   void descend(int level, const Candidate& node) {
     if (limit_reached() || node.sum < least_ || (best_ && node.sum <= best_->sum)) return;
     if (level == 0) {
-      if (beside_ && seen_score(node) < params_.ambiguity_ratio * seen_score(*beside_)) return;
+      if (beside_ && seen_score(node) < least_seen_score_) return;
       best_ = node;
       // One alternative is sufficient: ends the search.
       least_ = beside_ ? std::numeric_limits<std::uint32_t>::max() : node.sum;
@@ -143,9 +153,7 @@ class Search {
 
   /// True if all poses of a square are too close to `beside` to be an alternative.
   [[nodiscard]] bool is_same_place(int level, const Candidate& c) const {
-    if (!beside_) return false;
-    if (std::abs(wrap_angle((c.angle - beside_->angle) * angle_step_)) > params_.other_angle_rad)
-      return false;
+    if (!beside_ || !like_beside_[static_cast<std::size_t>(c.angle + angles_)]) return false;
     const int last = (1 << level) - 1;
     // The corner that is farthest away; with a free axis, farthest from the line along it.
     double most = 0;
@@ -167,6 +175,9 @@ class Search {
   int angles_ = 0, columns_ = 0, rows_ = 0;
   std::vector<Eigen::Vector2i> cells_;  // cells of the points for every angle, at the window's centre
   std::optional<Candidate> beside_, best_;
+  std::vector<bool>
+      like_beside_;              // for every angle: is it too close to that of `beside` to be an alternative
+  double least_seen_score_ = 0;  // of an alternative
   std::uint32_t least_ = 0;
   std::size_t evaluations_ = 0;
 };
