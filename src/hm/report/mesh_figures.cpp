@@ -68,13 +68,16 @@ std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const Triangle
 }
 
 Result<void> write_figures(const std::filesystem::path& output, std::span<const Figure> figures,
-                           std::vector<std::filesystem::path>& outputs) {
+                           std::vector<std::filesystem::path>& outputs, const ParallelLoop& loop) {
   if (figures.empty()) return {};
   const auto folder = output / "pictures";
   if (const auto made = make_folder_in(output, "pictures"); !made) return made;
-  for (const Figure& figure : figures)
-    if (const auto written = write_png(folder / (figure.name + ".png"), figure.image); !written)
-      return written;
+  std::vector<Result<void>> written(figures.size());
+  loop.for_ranges(figures.size(), 1, [&](std::size_t i, std::size_t) {
+    written[i] = write_png(folder / (figures[i].name + ".png"), figures[i].image);
+  });
+  for (const Result<void>& result : written)
+    if (!result) return result;
   outputs.push_back(folder);
   return {};
 }

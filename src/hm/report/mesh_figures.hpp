@@ -50,7 +50,8 @@ std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const Triangle
 /// Writes figures as PNG to the folder `pictures` in `output`, and adds that folder to `outputs`; without
 /// figures no folder is created.
 Result<void> write_figures(const std::filesystem::path& output, std::span<const Figure> figures,
-                           std::vector<std::filesystem::path>& outputs);
+                           std::vector<std::filesystem::path>& outputs,
+                           const ParallelLoop& loop = ParallelLoop(1));
 
 void add_figure(HtmlReport& report, const Figure& figure);
 /// Shows the figure of this name in the place of the model; nothing if there is none.

@@ -122,7 +122,8 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
         make_scene_model(mesh, draw, material.truth ? &material.truth->mesh : nullptr, pipeline.loop());
     if (const auto written = write_floor_plan(material.scene, folder, summary.outputs); !written)
       return as_run_failure(written);
-    if (const auto written = write_figures(folder, material.figures, summary.outputs); !written)
+    if (const auto written = write_figures(folder, material.figures, summary.outputs, pipeline.loop());
+        !written)
       return as_run_failure(written);
   }
   return as_run_failure(write_texts(folder, material, summary));

@@ -235,7 +235,7 @@ void Output::write_report() {
   std::vector<Figure> all = material_.figures;
   all.insert(all.end(), material_.matrices.begin(), material_.matrices.end());
   all.insert(all.end(), material_.maps.begin(), material_.maps.end());
-  if (result_) result_ = write_figures(options_.output, all, summary_.outputs);
+  if (result_) result_ = write_figures(options_.output, all, summary_.outputs, pipeline_.dense().loop());
   file("parameters.toml", [&](const auto& path) { return write_file_text(path, material_.parameters_toml); });
   if (!result_) return;
   for (const char* name : {"report.json", "report.html"}) summary_.outputs.push_back(options_.output / name);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "hm/pipeline/verdict/path_steps.hpp"
 #include "hm/pipeline/verdict/posed_views.hpp"
@@ -47,18 +46,16 @@ std::vector<std::size_t> earlier_visits(const std::vector<PosedView>& views, std
   return visits;
 }
 
-/// Of a view and the earlier visits of its place, the largest; none where no view overlaps.
-std::optional<ViewDifference> worst_difference(const Recording& recording,
-                                               const std::vector<PosedView>& views, std::size_t of) {
-  std::optional<ViewDifference> worst;
-  for (const std::size_t visit : earlier_visits(views, of)) {
-    const auto found = difference(recording, views[of], views[visit]);
-    if (!found) continue;
-    if (!worst) worst.emplace();
-    worst->contradicted_ratio = std::max(worst->contradicted_ratio, found->contradicted_ratio);
-    worst->offset_ratio = std::max(worst->offset_ratio, found->offset_ratio);
+/// Views all over the path, each with the earlier visits of its place; the pairs of a view follow each other.
+std::vector<ViewPair> pairs_of_visits(const std::vector<PosedView>& views) {
+  std::vector<ViewPair> pairs;
+  const std::size_t wanted = std::min(kMaxFrames, views.size());
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const std::size_t of = (k + 1) * views.size() / wanted - 1;
+    if (turns_fast(views, of)) continue;
+    for (const std::size_t visit : earlier_visits(views, of)) pairs.push_back({of, visit});
   }
-  return worst;
+  return pairs;
 }
 
 /// Adds what a systematic difference of depth says: turns of a few degrees move hardly a point into free
@@ -82,16 +79,18 @@ void judge_depth_visits(const Recording& recording, const Trajectory& T_world_ca
   const std::vector<PosedView> views = posed_views(recording.info(), T_world_camera);
   std::vector<VisitComparison> comparisons;
   std::vector<double> offset_ratios;
-  const std::size_t wanted = std::min(kMaxFrames, views.size());
-  for (std::size_t k = 0; k < wanted; ++k) {
-    const std::size_t of = (k + 1) * views.size() / wanted - 1;
-    if (turns_fast(views, of)) continue;
-    if (run.progress) run.progress({"comparing visits", k, wanted, {}});
-    const auto found = worst_difference(recording, views, of);
-    if (!found) continue;
-    comparisons.push_back(
-        {views[of].time_s, found->contradicted_ratio, views[of].T_world_camera.translation().head<2>()});
-    offset_ratios.push_back(found->offset_ratio);
+  const std::vector<ViewPair> pairs = pairs_of_visits(views);
+  const auto found = differences(recording, views, pairs, run, "comparing visits");
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!found[i]) continue;
+    const PosedView& view = views[pairs[i].first];
+    if (comparisons.empty() || comparisons.back().time_s != view.time_s) {
+      comparisons.push_back({view.time_s, 0, view.T_world_camera.translation().head<2>()});
+      offset_ratios.push_back(0);
+    }
+    comparisons.back().contradicted_ratio =
+        std::max(comparisons.back().contradicted_ratio, found[i]->contradicted_ratio);
+    offset_ratios.back() = std::max(offset_ratios.back(), found[i]->offset_ratio);
   }
   judge_visits(comparisons, kLimits, "depth images", verdict);
   judge_offsets(comparisons, offset_ratios, verdict);

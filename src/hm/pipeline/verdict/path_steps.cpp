@@ -71,11 +71,11 @@ void judge_steps(const Recording& recording, const std::vector<PosedView>& views
                  RunVerdict& verdict) {
   StepConsistency& found = verdict.steps.emplace();
   double worst = 0;
-  const std::vector<PathStep> steps = suspicious_steps(views);
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    if (run.progress) run.progress({"comparing neighbours", k, steps.size(), {}});
-    const PosedView &before = views[steps[k].to - 1], &after = views[steps[k].to];
-    const auto differs = difference(recording, before, after);
+  std::vector<ViewPair> neighbours;
+  for (const PathStep& step : suspicious_steps(views)) neighbours.push_back({step.to - 1, step.to});
+  const auto all = differences(recording, views, neighbours, run, "comparing neighbours");
+  for (std::size_t k = 0; k < neighbours.size(); ++k) {
+    const std::optional<ViewDifference>& differs = all[k];
     if (!differs) continue;
     ++found.compared;
     const double gravity =
@@ -83,7 +83,7 @@ void judge_steps(const Recording& recording, const std::vector<PosedView>& views
                   differs->offset_ratio / kStepOffsetRatio.doubtful, differs->tilt_rad / kTilt_rad.doubtful});
     if (gravity <= worst) continue;
     worst = gravity;
-    found.worst_time_s = after.time_s;
+    found.worst_time_s = views[neighbours[k].second].time_s;
     found.contradicted_ratio = differs->contradicted_ratio;
     found.offset_ratio = differs->offset_ratio;
     found.tilt_rad = differs->tilt_rad;

@@ -3,16 +3,28 @@
 #include <algorithm>
 #include <utility>
 
+#include "hm/core/parallel.hpp"
 #include "hm/pipeline/checks/pose_agreement.hpp"
 
 namespace hm {
 namespace {
 
 std::optional<RgbdFrame> read(const Recording& recording, const PosedView& view) {
-  auto frame = recording.read(view.index);
+  auto frame = recording.read_depth(view.index);
   if (!frame) return std::nullopt;
   frame->T_world_camera = view.T_world_camera;
   return std::move(*frame);
+}
+
+std::optional<ViewDifference> difference(const Recording& recording, const PosedView& a, const PosedView& b) {
+  constexpr double kMinOverlapRatio = 0.3;  // views with less of their points in common say nothing
+  const auto first = read(recording, a), second = read(recording, b);
+  if (!first || !second) return std::nullopt;
+  const Agreement there = compare(*first, *second, recording.camera(), {});
+  if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
+  const Agreement back = compare(*second, *first, recording.camera(), {});
+  return ViewDifference{std::max(there.contradicted_ratio, back.contradicted_ratio),
+                        std::min(there.systematic, back.systematic), std::min(there.tilt_rad, back.tilt_rad)};
 }
 
 }  // namespace
@@ -35,15 +47,21 @@ double turning_rad_s(const PosedView& before, const PosedView& after) {
   return (before.T_world_camera.inverse() * after.T_world_camera).log().tail<3>().norm() / elapsed_s;
 }
 
-std::optional<ViewDifference> difference(const Recording& recording, const PosedView& a, const PosedView& b) {
-  constexpr double kMinOverlapRatio = 0.3;  // views with less of their points in common say nothing
-  const auto first = read(recording, a), second = read(recording, b);
-  if (!first || !second) return std::nullopt;
-  const Agreement there = compare(*first, *second, recording.camera(), {});
-  if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
-  const Agreement back = compare(*second, *first, recording.camera(), {});
-  return ViewDifference{std::max(there.contradicted_ratio, back.contradicted_ratio),
-                        std::min(there.systematic, back.systematic), std::min(there.tilt_rad, back.tilt_rad)};
+std::vector<std::optional<ViewDifference>> differences(const Recording& recording,
+                                                       const std::vector<PosedView>& views,
+                                                       std::span<const ViewPair> pairs, const RunContext& run,
+                                                       const char* stage) {
+  constexpr std::size_t kPairsPerProgress = 8;
+  const ParallelLoop loop(run.threads);
+  std::vector<std::optional<ViewDifference>> found(pairs.size());
+  for (std::size_t done = 0; done < pairs.size(); done += kPairsPerProgress) {
+    if (run.progress) run.progress({stage, done, pairs.size(), {}});
+    loop.for_ranges(std::min(kPairsPerProgress, pairs.size() - done), 1, [&](std::size_t i, std::size_t) {
+      const ViewPair& pair = pairs[done + i];
+      found[done + i] = difference(recording, views[pair.first], views[pair.second]);
+    });
+  }
+  return found;
 }
 
 }  // namespace hm

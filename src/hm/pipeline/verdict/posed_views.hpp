@@ -1,8 +1,10 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/io/rgbd/recording.hpp"
 
@@ -28,7 +30,15 @@ struct ViewDifference {
   double offset_ratio = 0;        ///< of depth, averaged over tiles of the image, either way: the smaller
   double tilt_rad = 0;            ///< of what one shows against the other, either way: the smaller
 };
-/// None where an image cannot be read, or where the views share less than 30 % of their points.
-std::optional<ViewDifference> difference(const Recording& recording, const PosedView& a, const PosedView& b);
+/// Views by their numbers.
+struct ViewPair {
+  std::size_t first = 0, second = 0;
+};
+/// Of every pair; none where an image cannot be read, or where the views share less than 30 % of their
+/// points. On the threads of the run, with its progress as `stage`.
+std::vector<std::optional<ViewDifference>> differences(const Recording& recording,
+                                                       const std::vector<PosedView>& views,
+                                                       std::span<const ViewPair> pairs, const RunContext& run,
+                                                       const char* stage);
 
 }  // namespace hm
