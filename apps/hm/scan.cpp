@@ -65,9 +65,8 @@ hm::Result<Outcome> run(const ScanFlags& flags, Session& session) {
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   if (flags.duration_s > 0) options.duration_s = flags.duration_s;
   options.run = session.interruptible_context("finishing with what there is");
-  // The camera and the recording keep one processor busy; a loop that waits for a thread without one is
-  // slower than a loop on one thread.
-  if (!session.are_threads_given()) options.run.threads = std::max(1, options.run.threads - 1);
+  options.live_threads =
+      session.are_threads_given() ? options.run.threads : std::max(1, options.run.threads - 1);
   auto serving = flags.serve.open({.verb = "scan", .name = flags.camera}, options.run);
   if (!serving) return hm::forward_error(serving);
   const auto scanned = hm::run_scan(options);

@@ -67,6 +67,8 @@ DensePipeline::DensePipeline(const DenseParams& parameters, const PinholeCamera&
 }
 DensePipeline::~DensePipeline() = default;
 
+void DensePipeline::set_threads(int threads) { impl_->loop = ParallelLoop(threads); }
+
 const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }

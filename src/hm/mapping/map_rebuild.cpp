@@ -109,7 +109,7 @@ bool MapRebuild::integrate(std::span<const std::size_t> places, const RunContext
         indices.push_back(observation.frame_index);
       }
   frames_total_ += jobs.size();
-  FramePrefetcher frames(frames_, std::move(indices), options_.prefetch_frames);
+  FramePrefetcher frames(frames_, std::move(indices), {options_.prefetch_frames, options_.threads});
   for (const auto& [place, observation] : jobs) {
     if (run.stop.stop_requested()) return false;
     auto frame = frames.next();

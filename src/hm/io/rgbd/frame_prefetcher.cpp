@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -9,32 +11,43 @@
 namespace hm {
 
 struct FramePrefetcher::Impl {
-  std::mutex mutex;
+  const FrameSource* frames = nullptr;
+  std::vector<std::size_t> indices;
+  PrefetchOptions options;
+  std::mutex mutex;  ///< protects all members below but the readers
   std::condition_variable_any changed;
-  std::deque<Result<RgbdFrame>> ready;
-  bool finished = false;
-  std::jthread reader;  // last: stops before the other members are destroyed
+  std::size_t taken = 0;  ///< frames that next() has returned
+  /// Those that follow: what is being read has no value yet. At most options.ahead.
+  std::deque<std::optional<Result<RgbdFrame>>> begun;
+  std::exception_ptr failure;         ///< of a reader
+  std::vector<std::jthread> readers;  // last: stop before the other members are destroyed
 
-  void read_all(const std::stop_token& stop, const FrameSource& frames,
-                const std::vector<std::size_t>& indices, std::size_t ahead);
+  void read_all(const std::stop_token& stop);
+  [[nodiscard]] bool all_begun() const { return taken + begun.size() >= indices.size(); }
 };
 
-void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const FrameSource& frames,
-                                     const std::vector<std::size_t>& indices, std::size_t ahead) {
-  for (const std::size_t index : indices) {
-    {
-      // Waits for room before decoding, so that at most `ahead` frames are held.
-      std::unique_lock lock(mutex);
-      if (!changed.wait(lock, stop, [&] { return ready.size() < ahead; })) return;
+void FramePrefetcher::Impl::read_all(const std::stop_token& stop) {
+  std::unique_lock lock(mutex);
+  while (true) {
+    // Waits for room before decoding, so that at most `ahead` frames are held.
+    if (!changed.wait(lock, stop, [&] { return begun.size() < options.ahead || all_begun(); }) || all_begun())
+      return;
+    const std::size_t place = taken + begun.size();
+    begun.emplace_back();
+    lock.unlock();
+    std::optional<Result<RgbdFrame>> frame;
+    std::exception_ptr thrown;
+    try {
+      const std::size_t index = indices[place];
+      frame.emplace(options.depth_only ? frames->read_depth(index) : frames->read(index));
+    } catch (...) {
+      thrown = std::current_exception();
     }
-    auto frame = frames.read(index);
-    const std::scoped_lock lock(mutex);
-    ready.push_back(std::move(frame));
+    lock.lock();
+    if (thrown) failure = thrown;
+    begun[place - taken] = std::move(frame);
     changed.notify_all();
   }
-  const std::scoped_lock lock(mutex);
-  finished = true;
-  changed.notify_all();
 }
 
 namespace {
@@ -49,26 +62,35 @@ std::vector<std::size_t> every(std::size_t stride, std::size_t begin, std::size_
 }  // namespace
 
 FramePrefetcher::FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end,
-                                 std::size_t stride, std::size_t ahead)
-    : FramePrefetcher(recording, every(stride, begin, std::min(end, recording.info().frame_count)), ahead) {}
+                                 std::size_t stride, const PrefetchOptions& options)
+    : FramePrefetcher(recording, every(stride, begin, std::min(end, recording.info().frame_count)), options) {
+}
 
 FramePrefetcher::FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices,
-                                 std::size_t ahead)
+                                 const PrefetchOptions& options)
     : impl_(std::make_unique<Impl>()) {
-  HM_CHECK(ahead >= 1, "ahead = {}", ahead);
-  impl_->reader =
-      std::jthread([impl = impl_.get(), &frames, indices = std::move(indices),
-                    ahead](const std::stop_token& stop) { impl->read_all(stop, frames, indices, ahead); });
+  HM_CHECK(options.ahead >= 1 && options.readers >= 1, "{} frames ahead by {} readers", options.ahead,
+           options.readers);
+  impl_->frames = &frames;
+  impl_->indices = std::move(indices);
+  impl_->options = options;
+  const std::size_t readers =
+      std::min({static_cast<std::size_t>(options.readers), options.ahead, impl_->indices.size()});
+  for (std::size_t i = 0; i < readers; ++i)
+    impl_->readers.emplace_back([impl = impl_.get()](const std::stop_token& stop) { impl->read_all(stop); });
 }
 
 FramePrefetcher::~FramePrefetcher() = default;
 
 std::optional<Result<RgbdFrame>> FramePrefetcher::next() {
   std::unique_lock lock(impl_->mutex);
-  impl_->changed.wait(lock, [&] { return !impl_->ready.empty() || impl_->finished; });
-  if (impl_->ready.empty()) return std::nullopt;
-  std::optional<Result<RgbdFrame>> frame(std::move(impl_->ready.front()));
-  impl_->ready.pop_front();
+  if (impl_->taken == impl_->indices.size()) return std::nullopt;
+  impl_->changed.wait(
+      lock, [&] { return impl_->failure || (!impl_->begun.empty() && impl_->begun.front().has_value()); });
+  if (impl_->failure) std::rethrow_exception(impl_->failure);
+  auto frame = std::move(impl_->begun.front());
+  impl_->begun.pop_front();
+  ++impl_->taken;
   impl_->changed.notify_all();
   return frame;
 }

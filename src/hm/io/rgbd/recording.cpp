@@ -34,17 +34,18 @@ class ImageRecording final : public Recording {
         calibration_(std::move(calibration)) {}
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override;
 
  private:
-  [[nodiscard]] Result<Image<std::uint16_t>> read_depth(const std::filesystem::path& path) const;
-  [[nodiscard]] Result<Image<Rgb8>> read_color(const std::filesystem::path& path) const;
+  [[nodiscard]] Result<Image<std::uint16_t>> read_depth_file(const std::filesystem::path& path) const;
+  [[nodiscard]] Result<Image<Rgb8>> read_color_file(const std::filesystem::path& path) const;
 
   RecordingInfo info_;
   std::vector<detail::ListedFrame> frames_;
   std::optional<FrameCalibration> calibration_;  ///< of a calibration, or of a camera with distortion
 };
 
-Result<Image<std::uint16_t>> ImageRecording::read_depth(const std::filesystem::path& path) const {
+Result<Image<std::uint16_t>> ImageRecording::read_depth_file(const std::filesystem::path& path) const {
   auto depth = read_depth_image(path);
   if (!depth) return depth;
   if (depth->width() != info_.camera.width || depth->height() != info_.camera.height)
@@ -53,7 +54,7 @@ Result<Image<std::uint16_t>> ImageRecording::read_depth(const std::filesystem::p
   return depth;
 }
 
-Result<Image<Rgb8>> ImageRecording::read_color(const std::filesystem::path& path) const {
+Result<Image<Rgb8>> ImageRecording::read_color_file(const std::filesystem::path& path) const {
   auto color = read_color_image(path);
   if (!color) return color;
   if (color->width() != info_.camera.width || color->height() != info_.camera.height)
@@ -62,7 +63,7 @@ Result<Image<Rgb8>> ImageRecording::read_color(const std::filesystem::path& path
   return color;
 }
 
-Result<RgbdFrame> ImageRecording::read(std::size_t index) const {
+Result<RgbdFrame> ImageRecording::read_depth(std::size_t index) const {
   HM_CHECK(index < frames_.size(), "frame {} of {}", index, frames_.size());
   const detail::ListedFrame& listed = frames_[index];
   RgbdFrame frame;
@@ -70,14 +71,19 @@ Result<RgbdFrame> ImageRecording::read(std::size_t index) const {
   frame.stamp = listed.stamp;
   frame.color_stamp = listed.color_stamp;
   frame.T_world_camera = listed.T_world_camera;
-  auto depth = read_depth(listed.depth);
+  auto depth = read_depth_file(listed.depth);
   if (!depth) return forward_error(depth);
   frame.depth = {std::move(*depth), info_.depth_unit_m};
   if (calibration_) frame.depth = calibration_->calibrate(std::move(frame.depth));
-  if (listed.color.empty()) return frame;
-  auto color = read_color(listed.color);
+  return frame;
+}
+
+Result<RgbdFrame> ImageRecording::read(std::size_t index) const {
+  auto frame = read_depth(index);
+  if (!frame || frames_[index].color.empty()) return frame;
+  auto color = read_color_file(frames_[index].color);
   if (!color) return forward_error(color);
-  frame.color = std::move(*color);
+  frame->color = std::move(*color);
   return frame;
 }
 

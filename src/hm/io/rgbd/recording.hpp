@@ -82,18 +82,24 @@ class Recording : public FrameSource {
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});
 
-/// Reads frames ahead on another thread, in order, holding at most `ahead` decoded frames. Nothing is
-/// dropped.
+struct PrefetchOptions {
+  std::size_t ahead = 4;    ///< most decoded frames that are held
+  int readers = 1;          ///< threads that decode; the images of a frame take longer than to integrate it
+  bool depth_only = false;  ///< colour is not needed: FrameSource::read_depth()
+};
+
+/// Reads frames ahead on other threads and gives them in order. Nothing is dropped.
 class FramePrefetcher {
  public:
   FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end, std::size_t stride = 1,
-                  std::size_t ahead = 4);
+                  const PrefetchOptions& options = {});
   /// Reads the frames with these indices, in this order.
-  FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices, std::size_t ahead = 4);
+  FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices,
+                  const PrefetchOptions& options = {});
   ~FramePrefetcher();
   FramePrefetcher(const FramePrefetcher&) = delete;
   FramePrefetcher& operator=(const FramePrefetcher&) = delete;
-  /// Next frame, or the error of reading it; nothing at the end.
+  /// Next frame, or the error of reading it; nothing at the end. Throws what reading threw (std::bad_alloc).
   std::optional<Result<RgbdFrame>> next();
 
  private:

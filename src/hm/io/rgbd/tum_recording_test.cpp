@@ -49,6 +49,24 @@ TEST_F(TumRecording, WhatIsWrittenIsReadBackExactly) {
   }
 }
 
+TEST_F(TumRecording, DepthAloneIsReadWithoutTouchingColor) {
+  const auto recording = open();
+  ASSERT_TRUE(recording);
+  const auto whole = recording->read(2);
+  ASSERT_TRUE(whole);
+  fs::remove_all(path_ / "rgb");
+  EXPECT_FALSE(recording->read(2));
+  const auto depth = recording->read_depth(2);
+  ASSERT_TRUE(depth) << to_string(depth.error());
+  EXPECT_EQ(depth->index, 2U);
+  EXPECT_EQ(depth->stamp, whole->stamp);
+  EXPECT_EQ(depth->color_stamp, whole->color_stamp);
+  EXPECT_TRUE(same_pixels(depth->depth.units, whole->depth.units));
+  EXPECT_EQ(depth->depth.unit_m, whole->depth.unit_m);
+  EXPECT_TRUE(depth->color.empty());
+  EXPECT_EQ(depth->T_world_camera->matrix(), whole->T_world_camera->matrix());
+}
+
 TEST_F(TumRecording, DevicePosesComeBeforeGroundTruth) {
   const fs::path path = folder_.path() / "drifting";
   auto writer = TumWriter::create(path, kSmallCamera, 1000);

@@ -243,16 +243,22 @@ Result<void> TumWriter::finish() {
   return write_carried_imu(self.folder, self.imu, self.R_camera_imu);
 }
 
-Result<RgbdFrame> read_written_frame(const fs::path& folder, const RgbdFrame& written) {
+Result<RgbdFrame> read_written_depth(const fs::path& folder, const RgbdFrame& written) {
   RgbdFrame frame;
   frame.stamp = written.stamp;
   frame.color_stamp = written.color_stamp;
   auto depth = read_depth_image(folder / depth_name(written));
   if (!depth) return forward_error(depth);
   frame.depth = {std::move(*depth), written.depth.unit_m};
+  return frame;
+}
+
+Result<RgbdFrame> read_written_frame(const fs::path& folder, const RgbdFrame& written) {
+  auto frame = read_written_depth(folder, written);
+  if (!frame) return frame;
   auto color = read_color_image(folder / color_name(written));
   if (!color) return forward_error(color);
-  frame.color = std::move(*color);
+  frame->color = std::move(*color);
   return frame;
 }
 

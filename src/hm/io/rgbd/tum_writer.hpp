@@ -64,5 +64,7 @@ Result<void> sync_files(const std::vector<std::filesystem::path>& paths);
 /// Reads a frame back that a TumWriter has written into `folder`: the same bits. `written` has its stamps and
 /// the unit of its depth image; its images are not used. An error names the image.
 Result<RgbdFrame> read_written_frame(const std::filesystem::path& folder, const RgbdFrame& written);
+/// The same without colour.
+Result<RgbdFrame> read_written_depth(const std::filesystem::path& folder, const RgbdFrame& written);
 
 }  // namespace hm

@@ -25,7 +25,7 @@ KeyframeDepths keyframe_depths(const FrameSource& frames, Trajectory T_odom_came
                                const DepthNoise& noise) {
   const auto read = [&frames, path = std::move(T_odom_camera),
                      color_delay_s](const Keyframe& keyframe) -> std::optional<KeyframeDepth> {
-    auto frame = frames.read(keyframe.frame_index);
+    auto frame = frames.read_depth(keyframe.frame_index);
     if (!frame) return std::nullopt;
     return KeyframeDepth{std::move(frame->depth), motion_to_depth(path, keyframe.stamp, color_delay_s)};
   };

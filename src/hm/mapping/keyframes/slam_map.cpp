@@ -172,6 +172,11 @@ bool SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   return true;
 }
 
+void SlamMap::set_threads(int threads) {
+  impl_->run.threads = threads;
+  impl_->dense.set_threads(threads);
+}
+
 void SlamMap::set_turn(const Mat3& R_turned_map) { impl_->T_turned_map = {R_turned_map, Vec3::Zero()}; }
 
 Observation SlamMap::Impl::turned(Observation observation) const {

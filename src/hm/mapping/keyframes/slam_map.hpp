@@ -54,6 +54,8 @@ class SlamMap {
   /// Mesh of the uncorrected odometry poses, for comparison.
   TriangleMesh mesh_of_odometry();
 
+  /// From now on; a rebuild that is under way keeps its own.
+  void set_threads(int threads);
   [[nodiscard]] DensePipeline& dense();
   [[nodiscard]] const DensePipeline& dense() const;
   [[nodiscard]] std::size_t frames_mapped() const;

@@ -183,6 +183,9 @@ class RegisteredRecording final : public Recording {
       frame->color = register_color(frame->color, frame->depth, camera(), registration_);
     return frame;
   }
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override {
+    return recording_->read_depth(index);
+  }
 
  private:
   std::unique_ptr<Recording> recording_;

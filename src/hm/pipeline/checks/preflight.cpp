@@ -25,12 +25,18 @@ class PosedRecording final : public Recording {
   }
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
-    auto frame = recording_.read(index);
+    return with_pose(recording_.read(index), index);
+  }
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override {
+    return with_pose(recording_.read_depth(index), index);
+  }
+
+ private:
+  [[nodiscard]] Result<RgbdFrame> with_pose(Result<RgbdFrame> frame, std::size_t index) const {
     if (frame) frame->T_world_camera = info_.frame_poses[index];
     return frame;
   }
 
- private:
   const Recording& recording_;
   RecordingInfo info_;
 };

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/mapping_params.hpp"
 
 namespace hm {
@@ -20,6 +21,11 @@ inline FrameRange frame_range(const ReconstructionParams& params, std::size_t fr
     range.end =
         std::min(range.end, range.begin + static_cast<std::size_t>(params.frame_limit) * range.stride);
   return range;
+}
+
+/// A run on so many threads decodes with as many.
+inline PrefetchOptions prefetch_options(const ReconstructionParams& params, int threads) {
+  return {static_cast<std::size_t>(params.prefetch_frames), threads};
 }
 
 }  // namespace hm

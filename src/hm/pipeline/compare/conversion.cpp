@@ -107,7 +107,7 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
       TumWriter::create(options.to, info.camera.without_distortion(), 1.0 / info.depth_unit_m));
   if (!writer) return forward_error(writer);
   ConversionSummary summary;
-  FramePrefetcher frames(**recording, 0, info.frame_count);
+  FramePrefetcher frames(**recording, 0, info.frame_count, 1, {.readers = options.run.threads});
   for (std::size_t done = 0; const auto frame = frames.next(); ++done) {
     if (!*frame) {
       ++summary.skipped;

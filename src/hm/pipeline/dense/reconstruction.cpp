@@ -131,7 +131,8 @@ void Run::level_poses() {
   const UpClues clues{recording_->info().camera.without_distortion(), recording_->info().imu};
   std::vector<SurfacePatch> patches;
   Trajectory path;
-  FramePrefetcher frames(*recording_, range_.begin, range_.end, every, 4);
+  FramePrefetcher frames(*recording_, range_.begin, range_.end, every,
+                         {.readers = options_.run.threads, .depth_only = true});
   const std::size_t total = (range_.end - range_.begin + every - 1) / every;
   std::size_t read = 0;
   while (auto frame = frames.next()) {
@@ -201,7 +202,7 @@ Result<void> Run::check_poses(const std::filesystem::path& map) const {
 Result<void> Run::integrate_all() {
   FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
                              range_.stride,
-                             static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
+                             prefetch_options(options_.parameters.reconstruction, options_.run.threads));
   while (!options_.run.stop.stop_requested()) {
     const Stopwatch wait;
     auto frame = prefetcher.next();

@@ -30,7 +30,7 @@ void show_progress(const RunContext& run, const VisualTrack& track) {
 bool track_all(const Recording& recording, const OdometryRunOptions& options, VisualTracking& tracking) {
   const FrameRange range = frame_range(options.parameters.reconstruction, recording.info().frame_count);
   FramePrefetcher frames(recording, range.begin, range.end, range.stride,
-                         static_cast<std::size_t>(options.parameters.reconstruction.prefetch_frames));
+                         prefetch_options(options.parameters.reconstruction, options.run.threads));
   std::size_t index = range.begin;
   while (!options.run.stop.stop_requested()) {
     const Stopwatch wait;

@@ -147,6 +147,7 @@ SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& 
 
 const SlamPipeline::State& SlamPipeline::state() const { return impl_->state; }
 SlamPipeline::State& SlamPipeline::state() { return impl_->state; }
+void SlamPipeline::set_threads(int threads) { impl_->map.set_threads(impl_->run.threads = threads); }
 DensePipeline& SlamPipeline::dense() { return impl_->map.dense(); }
 TriangleMesh SlamPipeline::mesh() { return impl_->map.dense().finished_mesh(); }
 const Trajectory& SlamPipeline::trajectory() const {
@@ -269,7 +270,7 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   const Stopwatch watch;
   HM_CHECK(impl.recording, "this pipeline takes its frames from add()");
   FramePrefetcher frames(*impl.recording, impl.first_frame, impl.range.end, impl.range.stride,
-                         static_cast<std::size_t>(impl.parameters.reconstruction.prefetch_frames));
+                         prefetch_options(impl.parameters.reconstruction, impl.run.threads));
   std::size_t index = impl.first_frame;
   while (!impl.run.stop.stop_requested()) {
     const Stopwatch wait;
@@ -439,7 +440,7 @@ std::vector<SurfacePatch> SlamPipeline::Impl::seen_patches() const {
   observations = thinned(std::move(observations), kMostFrames);
   std::vector<std::size_t> indices;
   for (const Observation& observation : observations) indices.push_back(observation.frame_index);
-  FramePrefetcher frames(source, std::move(indices));
+  FramePrefetcher frames(source, std::move(indices), {.readers = run.threads, .depth_only = true});
   std::vector<SurfacePatch> patches;
   for (const Observation& observation : observations) {
     const auto frame = frames.next();

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
-#include "hm/io/rgbd/tum_writer.hpp"
 
 namespace hm {
 
@@ -17,7 +16,7 @@ std::size_t ScanFrames::size() const {
   return frames_.size();
 }
 
-Result<RgbdFrame> ScanFrames::read(std::size_t index) const {
+Result<RgbdFrame> ScanFrames::read_with(ReadWritten how, std::size_t index) const {
   RgbdFrame written;
   {
     const std::scoped_lock lock(mutex_);
@@ -27,7 +26,7 @@ Result<RgbdFrame> ScanFrames::read(std::size_t index) const {
     written.depth.unit_m = frames_[index].depth_unit_m;
   }
   wait_until_written_(written.stamp);
-  auto frame = read_written_frame(folder_, written);
+  auto frame = how(folder_, written);
   if (frame) frame->index = index;
   return frame;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/io/rgbd/recording.hpp"
+#include "hm/io/rgbd/tum_writer.hpp"
 
 namespace hm {
 
@@ -24,11 +25,18 @@ class ScanFrames : public Recording {
   Result<void> complete();
 
   [[nodiscard]] PinholeCamera camera() const override { return camera_; }
-  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
+  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
+    return read_with(read_written_frame, index);
+  }
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override {
+    return read_with(read_written_depth, index);
+  }
   /// After complete().
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
 
  private:
+  using ReadWritten = Result<RgbdFrame> (*)(const std::filesystem::path& folder, const RgbdFrame& written);
+  [[nodiscard]] Result<RgbdFrame> read_with(ReadWritten how, std::size_t index) const;
   struct Written {
     Time stamp, color_stamp;
     double depth_unit_m = 1e-3;

@@ -81,6 +81,12 @@ TEST(ScanFrames, GiveBackWhatMayStillBeOnItsWayToTheDisk) {
       EXPECT_EQ(read->index, number);
       EXPECT_EQ(read->stamp, frame(2 * number)->stamp);
       EXPECT_TRUE(std::ranges::equal(read->depth.units.pixels(), frame(2 * number)->depth.units.pixels()));
+      EXPECT_FALSE(read->color.empty());
+      const auto depth = frames.read_depth(number);
+      ASSERT_TRUE(depth) << to_string(depth.error());
+      EXPECT_EQ(depth->index, number);
+      EXPECT_TRUE(std::ranges::equal(depth->depth.units.pixels(), read->depth.units.pixels()));
+      EXPECT_TRUE(depth->color.empty());
     }
   });
   reader.join();

@@ -33,8 +33,10 @@ bool is_from_kinect(const CameraDescription& camera) {
   return camera.is_kinect || is_from_kinect(info);
 }
 
-RunContext with_drops(const RunContext& run, const std::unique_ptr<LiveSource>& source) {
+RunContext with_drops(const ScanOptions& options, const std::unique_ptr<LiveSource>& source) {
+  const RunContext& run = options.run;
   RunContext scanning = run;
+  scanning.threads = options.live_threads;
   scanning.background = ThreadPriority::kLow;
   scanning.stop = {};  // Ctrl-C ends the capture; what follows is finished
   if (run.progress)
@@ -55,7 +57,7 @@ class Scan {
         folder_(folder),
         camera_(camera),
         recording_(options.output / "recording"),
-        run_(with_drops(options.run, source_)),
+        run_(with_drops(options, source_)),
         recorder_(std::move(writer)),
         frames_(recording_, camera.camera, [this](Time stamp) { recorder_.wait_for(stamp); }),
         pipeline_(SlamPipeline::create(
@@ -254,6 +256,8 @@ Result<ScanSummary> Scan::finish() {
   if (frames_.size() == 0) return tl::make_unexpected(no_frame());
   save_.reset();  // the results' own map follows
   if (const auto complete = frames_.complete(); !complete) return forward_error(complete);
+  run_.threads = options_.run.threads;
+  pipeline_.set_threads(run_.threads);
   SlamRunOptions options;
   options.recording = recording_;
   options.output = options_.output;

@@ -77,6 +77,9 @@ class AddedFrames : public FrameSource {
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
     return recording_.read(indices_[index]);
   }
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override {
+    return recording_.read_depth(indices_[index]);
+  }
   void add(std::size_t index) { indices_.push_back(index); }
 
  private:

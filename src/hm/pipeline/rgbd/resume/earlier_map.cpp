@@ -173,13 +173,14 @@ EarlierMap::FrameOfSession EarlierMap::recording_of(std::size_t index) const {
   return {};
 }
 
-Result<RgbdFrame> FramesOfSessions::read(std::size_t index) const {
-  if (index < earlier_.frames_of_new) return recording_.read(index);
+Result<RgbdFrame> FramesOfSessions::read_with(Result<RgbdFrame> (FrameSource::*how)(std::size_t) const,
+                                              std::size_t index) const {
+  if (index < earlier_.frames_of_new) return (recording_.*how)(index);
   const EarlierMap::FrameOfSession of = earlier_.recording_of(index);
   if (!of.recording)
     return fail(ErrorCode::kNotFound, earlier_.folder.string(), "the recording of frame {} cannot be read",
                 of.index);
-  auto frame = of.recording->read(of.index);
+  auto frame = (of.recording->*how)(of.index);
   if (frame) frame->index = index;
   return frame;
 }

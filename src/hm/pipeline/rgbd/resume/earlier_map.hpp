@@ -70,9 +70,16 @@ class FramesOfSessions final : public FrameSource {
   FramesOfSessions(const Recording& recording, const EarlierMap& earlier)
       : recording_(recording), earlier_(earlier) {}
   [[nodiscard]] PinholeCamera camera() const override { return recording_.camera(); }
-  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
+  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
+    return read_with(&FrameSource::read, index);
+  }
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override {
+    return read_with(&FrameSource::read_depth, index);
+  }
 
  private:
+  [[nodiscard]] Result<RgbdFrame> read_with(Result<RgbdFrame> (FrameSource::*how)(std::size_t) const,
+                                            std::size_t index) const;
   const Recording& recording_;
   const EarlierMap& earlier_;
 };
