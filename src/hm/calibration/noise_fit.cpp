@@ -1,5 +1,7 @@
 #include "hm/calibration/noise_fit.hpp"
 
+#include "hm/geometry/solvers/small_solvers.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -43,7 +45,7 @@ std::optional<BlockFit> fit_block(const DepthImage& depth, int x0, int y0) {
       sum += z;
       ++count;
     }
-  const Vec3 plane = normal.ldlt().solve(right);
+  const Vec3 plane = solve_symmetric_3(normal, right);
   const double mean = sum / count;
   double squares = 0;
   for (int y = 0; y < kBlock_px; ++y)

@@ -29,6 +29,8 @@ TEST(SmallSolvers, GiveEigensBits) {
     EXPECT_EQ(symmetric_eigenvalues(A6), of_6.eigenvalues());
     EXPECT_EQ(symmetric_eigenvalues(A), of_3.eigenvalues());
     const Eigen::JacobiSVD<Mat3> svd(any, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    EXPECT_EQ(solve_symmetric_3(A, any.col(0)), A.ldlt().solve(any.col(0)));
+    EXPECT_EQ(solve(any, A.col(0)), any.partialPivLu().solve(A.col(0)));
     EXPECT_EQ(svd_of(any).U, svd.matrixU());
     EXPECT_EQ(svd_of(any).V, svd.matrixV());
     EXPECT_EQ(svd_of(any).values, svd.singularValues());
@@ -39,6 +41,12 @@ TEST(SmallSolvers, GiveEigensBits) {
 TEST(SmallSolvers, TurnBetweenDirections) {
   const Vec3 from(0.3, -2, 1), to(1, 1, 0.2);
   EXPECT_LT((turn_between(from, to) * from.normalized() - to.normalized()).norm(), 1e-12);
+  EXPECT_EQ(turn_between(from, to).coeffs(), Eigen::Quaterniond::FromTwoVectors(from, to).coeffs());
+  EXPECT_EQ(turn_between(from, 3 * from).coeffs(),
+            Eigen::Quaterniond::FromTwoVectors(from, 3 * from).coeffs());
+  const Eigen::Quaterniond opposite = turn_between(from, -from);
+  EXPECT_LT((opposite * from + from).norm(), 1e-12);
+  EXPECT_NEAR(opposite.norm(), 1, 1e-12);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/sensors/imu.hpp"
 
 namespace hm {
@@ -59,7 +60,7 @@ double GravityEstimator::squared_mahalanobis(const Stretch& stretch) const {
   const auto H = by_state(stretch.rotation);
   const Vec3 innovation = stretch.mean - H * state_;
   const Mat3 S = H * covariance_ * H.transpose() + kSigma_m_s2 * kSigma_m_s2 * Mat3::Identity();
-  return innovation.dot(S.ldlt().solve(innovation));
+  return innovation.dot(solve_symmetric_3(S, innovation));
 }
 
 bool GravityEstimator::plausible(const Stretch& stretch) const {

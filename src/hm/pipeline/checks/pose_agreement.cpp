@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -52,7 +53,7 @@ class TileMeans {
       normal += tile.count * place * place.transpose();
       right += tile.sum * place;
     }
-    const Vec3 plane = normal.ldlt().solve(right);
+    const Vec3 plane = solve_symmetric_3(normal, right);
     return plane.allFinite() ? plane.tail<2>().norm() : 0;
   }
 

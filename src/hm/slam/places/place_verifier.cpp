@@ -1,11 +1,11 @@
 #include "hm/slam/places/place_verifier.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/slam/places/hamming_rows.hpp"
 
 namespace hm {
@@ -65,9 +65,7 @@ bool has_rival(const FeatureSet& a, const FeatureSet& b, std::span<const Feature
 }
 
 bool is_certain(const Mat6& covariance) {
-  const auto largest = [](const Mat3& block) {
-    return Eigen::SelfAdjointEigenSolver<Mat3>(block, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-  };
+  const auto largest = [](const Mat3& block) { return symmetric_eigenvalues(block).maxCoeff(); };
   return covariance.allFinite() && largest(covariance.topLeftCorner<3, 3>()) < kMaxSigma_m * kMaxSigma_m &&
          largest(covariance.bottomRightCorner<3, 3>()) < kMaxSigma_rad * kMaxSigma_rad;
 }

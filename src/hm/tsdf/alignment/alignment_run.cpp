@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/tsdf/alignment/alignment_pairs.hpp"
 #include "hm/tsdf/alignment/alignment_search.hpp"
 
@@ -162,7 +163,7 @@ Vec3 AlignmentRun::tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose
   }
   H = across * H * across;
   H.diagonal().array() += 1e-6 * H.trace() + 1e-9;
-  return -(across * H.ldlt().solve(across * b));
+  return -(across * solve_symmetric_3(H, across * b));
 }
 
 void AlignmentRun::straighten(const SE3& pose, Observability& seen) {
@@ -232,7 +233,7 @@ Mat6 AlignmentRun::information_share(const Mat6& geometry) const {
   Vec6 precision = Vec6::Constant(1.0 / (sigma_m * sigma_m));
   precision.tail<3>() *= centre_.arm_m * centre_.arm_m;
   const Mat6 limit = precision.asDiagonal();
-  return limit * (geometry + limit).inverse();
+  return limit * inverse_of(geometry + limit);
 }
 
 SE3 AlignmentRun::weighed(const Refined& refined, std::size_t round) const {
@@ -242,7 +243,8 @@ SE3 AlignmentRun::weighed(const Refined& refined, std::size_t round) const {
   const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
   const Mat6 share = information_share(geometry);
   const Vec6 of_scan = (geometry + prior_information_) * centre_.between(prior_.T_world_camera, pose);
-  const Vec6 step = (share * geometry + prior_information_).ldlt().solve(share * of_scan);
+  const Mat6 together = share * geometry + prior_information_;
+  const Vec6 step = solve_symmetric(together, share * of_scan);
   return seen.held(centre_.moved(prior_.T_world_camera, step), prior_.T_world_camera);
 }
 

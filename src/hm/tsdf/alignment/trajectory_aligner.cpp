@@ -1,8 +1,6 @@
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/tsdf/alignment/alignment_step.hpp"
 
 namespace hm {
@@ -17,7 +15,8 @@ AlignmentPrior together(const AlignmentPrior& a, const AlignmentPrior& b) {
   const Mat6 to_origin = centre.to_origin();
   const Mat6 of_a = to_origin.transpose() * a.information * to_origin,
              of_b = to_origin.transpose() * b.information * to_origin;
-  const Vec6 from_a = (of_a + of_b).ldlt().solve(of_b * centre.between(a.T_world_camera, b.T_world_camera));
+  const Mat6 of_both = of_a + of_b;
+  const Vec6 from_a = solve_symmetric(of_both, of_b * centre.between(a.T_world_camera, b.T_world_camera));
   return {centre.moved(a.T_world_camera, from_a), a.information + b.information, a.T_world_camera};
 }
 
