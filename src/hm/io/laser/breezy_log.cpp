@@ -11,7 +11,7 @@ constexpr std::size_t kHeaderColumns = 25, kBeams = 682;
 constexpr double kMillimetre_m = 1e-3;
 constexpr double kBeamStep_rad = 2 * std::numbers::pi / 1024;
 constexpr double kBeamTime_s = 0.1 / 1024;  // ten turns a second
-constexpr double kRangeMin_m = 0.02, kRangeMax_m = 5.6;
+constexpr double kUrgRangeMin_m = 0.02, kUrgRangeMax_m = 5.6;
 // Parameters of the rover from the example.
 constexpr double kWheelRadius_m = 0.077, kHalfAxle_m = 0.165, kLaserForward_m = 0.145;
 constexpr double kRadiansPerTick = 2 * std::numbers::pi / 2000;
@@ -55,8 +55,8 @@ void read_line(const TextLine& line, WheelOdometry& wheels, LaserLog& log) {
   scan.angle_increment_rad = kBeamStep_rad;
   scan.time_increment_s = kBeamTime_s;
   scan.angle_min_rad = -kBeamStep_rad * static_cast<double>(kBeams - 1) / 2;
-  scan.range_min_m = kRangeMin_m;
-  scan.range_max_m = kRangeMax_m;
+  scan.range_min_m = kUrgRangeMin_m;
+  scan.range_max_m = kUrgRangeMax_m;
   log.add_odometry({scan.stamp, wheels.add(left_ticks, right_ticks).to_se3()}, line);
   log.add_scan("laser", std::move(scan), line);
 }

@@ -9,7 +9,7 @@
 namespace hm::detail {
 namespace {
 
-constexpr double kRangeMin_m = 0.2, kRangeMax_m = 50.0;  // as in the data set's published parsers
+constexpr double kSickRangeMin_m = 0.2, kSickRangeMax_m = 50.0;  // as in the data set's published parsers
 
 /// Value of `name=` in `a=1,b=2,c=[2]{3,4}`; empty if missing.
 std::string_view field(std::string_view text, std::string_view name) {
@@ -75,8 +75,8 @@ void read_scan(const MoosLine& message, const TextLine& line, LaserLog& log) {
   scan.stamp = *stamp;
   scan.angle_min_rad = *min_deg * kRadiansPerDegree;
   scan.angle_increment_rad = *step_deg * kRadiansPerDegree;
-  scan.range_min_m = kRangeMin_m;
-  scan.range_max_m = kRangeMax_m;
+  scan.range_min_m = kSickRangeMin_m;
+  scan.range_max_m = kSickRangeMax_m;
   for (const double range_m : ranges_m) scan.ranges_m.push_back(static_cast<float>(range_m));
   log.add_scan(std::string(message.name), std::move(scan), line);
 }

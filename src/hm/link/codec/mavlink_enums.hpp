@@ -65,10 +65,11 @@ enum MavCommand : std::uint16_t {
   kMavCommandTakeoff = 22,
   kMavCommandSetMode = 176,
   kMavCommandReposition = 192,  ///< param4: yaw, rad, NaN: as it is
-  kMavCommandArmDisarm = 400,   ///< param1 1 arms; param2 21196 disarms in flight
+  kMavCommandArmDisarm = 400,   ///< param1 1 arms; param2 kMavDisarmByForce disarms in flight
   kMavCommandSetMessageInterval = 511,
   kMavCommandRequestMessage = 512,
 };
+inline constexpr float kMavDisarmByForce = 21196;
 enum MavResult : std::uint8_t {
   kMavAccepted = 0,
   kMavTemporarilyRejected = 1,

@@ -6,8 +6,9 @@
 namespace hm {
 namespace {
 
-constexpr double kMaxGap_s = 0.1;   // between readings, and to both ends
-constexpr double kMargin_s = 0.15;  // before and after the interval, for the delay of the readings' stamps
+constexpr double kMaxHintGap_s = 0.1;  // between readings, and to both ends
+constexpr double kHintMargin_s =
+    0.15;  // before and after the interval, for the delay of the readings' stamps
 
 /// Samples from the last one before `begin` to the first one after `end`.
 std::span<const ImuSample> readings_over(const std::vector<ImuSample>& samples, Time begin, Time end) {
@@ -21,7 +22,7 @@ std::span<const ImuSample> readings_over(const std::vector<ImuSample>& samples, 
 
 bool spans(std::span<const ImuSample> readings, Time begin, Time end) {
   if (readings.empty()) return false;
-  const auto too_far = [](Time a, Time b) { return (b - a).seconds() > kMaxGap_s; };
+  const auto too_far = [](Time a, Time b) { return (b - a).seconds() > kMaxHintGap_s; };
   if (too_far(begin, readings.front().stamp) || too_far(readings.back().stamp, end)) return false;
   return std::adjacent_find(readings.begin(), readings.end(), [&](const ImuSample& a, const ImuSample& b) {
            return too_far(a.stamp, b.stamp);
@@ -66,7 +67,7 @@ MotionHint InertialHints::next(Time stamp) {
   const std::optional<Time> last = std::exchange(last_, stamp);
   if (!imu_ || use_ == ImuUse::kOff) return hint;
   if (use_ == ImuUse::kInertial) {
-    const Duration margin = Duration::from_seconds(kMargin_s);
+    const Duration margin = Duration::from_seconds(kHintMargin_s);
     hint.readings = readings_over(imu_->samples, last.value_or(stamp) - margin, stamp + margin);
     return hint;
   }

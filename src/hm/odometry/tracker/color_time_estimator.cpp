@@ -17,7 +17,7 @@ constexpr double kLeastSigma_s = 0.0012;  // of the readout: older frames are fo
 constexpr double kSignificance = 3;       // standard deviations
 constexpr double kLeastReadout_s = 0.004, kLeastDelay_s = 0.004;  // shorter ones are not worth it
 constexpr double kDamping = 1e-3;
-constexpr double kReadingWeight = 0.1;  // readings of one surface are correlated
+constexpr double kColorTimeReadingWeight = 0.1;  // readings of one surface are correlated
 constexpr double kReferenceSigma_px = 0.3;
 constexpr double kLeastIncidence = 0.2;  // cosine between a ray and the surface's normal
 constexpr std::size_t kMinPairs = 20;
@@ -166,8 +166,8 @@ void ColorTimeEstimator::add(const MapKeyframe& reference, const TimedFrame& fra
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     equations = {};
     equations.pose = surface_equations(reference.surface, grid, T_ref_cur, {noise, 2, 4, 0.0});
-    equations.pose.information *= kReadingWeight;
-    equations.pose.gradient *= kReadingWeight;
+    equations.pose.information *= kColorTimeReadingWeight;
+    equations.pose.gradient *= kColorTimeReadingWeight;
     for (const Pair& pair : pairs) add_pair(views, pair, T_ref_cur, equations);
     equations.pose.information.diagonal().array() += kDamping;
     const Mat6 covariance = inverse_of(equations.pose.information);

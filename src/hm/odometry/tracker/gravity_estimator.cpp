@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStretch_s = 1.5;
 constexpr double kVelocitySpan_s = 0.1;      // over which the path's velocity is taken at both ends
-constexpr double kMaxGap_s = 0.5;            // between frames
+constexpr double kMaxFrameGap_s = 0.5;       // between frames
 constexpr double kSigma_m_s2 = 0.12;         // of a stretch: velocities by vision, noise, timing
 constexpr double kBiasSigma_m_s2 = 0.3;      // of consumer devices
 constexpr double kNormTolerance_m_s2 = 0.7;  // bias and scale of consumer devices
@@ -86,7 +86,7 @@ void GravityEstimator::update(const Stretch& stretch) {
 }
 
 void GravityEstimator::add(Time stamp, const SE3& T_odom_camera, const Vec3& force_camera_m_s2) {
-  if (!path_.empty() && (stamp - path_.back().stamp).seconds() > kMaxGap_s) path_.clear();
+  if (!path_.empty() && (stamp - path_.back().stamp).seconds() > kMaxFrameGap_s) path_.clear();
   path_.push_back({stamp, T_odom_camera, force_camera_m_s2});
   while ((stamp - path_[0].stamp).seconds() > kStretch_s && path_.size() > 4) path_.pop_front();
   if (known_ && (stamp - updated_).seconds() < kStretch_s) return;

@@ -8,9 +8,9 @@
 namespace hm {
 namespace {
 
-constexpr int kStride = 2;              // every other cell of the depth grid is enough
-constexpr double kWideGate_m = 0.01;    // of the first association
-constexpr double kReadingWeight = 0.3;  // readings of one surface are correlated
+constexpr int kStride = 2;                    // every other cell of the depth grid is enough
+constexpr double kWideGate_m = 0.01;          // of the first association
+constexpr double kMotionReadingWeight = 0.3;  // readings of one surface are correlated
 constexpr double kMotionSigma_m = 0.0005, kMotionSigma_rad = 0.002;  // of surfaces' motion besides noise
 constexpr double kLeastTremble_m = 0.0002, kLeastTremble_rad = 0.0001;
 constexpr double kPriorSigma =
@@ -42,8 +42,8 @@ MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
   for (const double extra_gate_m : {kWideGate_m, 0.0}) {
     if (extra_gate_m == 0) motion.T_last_camera = T_last_camera * SE3::exp(motion.disagreement);
     motion.equations = surface_equations(surface_, grid, motion.T_last_camera, {noise_, 1, 4, extra_gate_m});
-    motion.equations.information *= kReadingWeight;
-    motion.equations.gradient *= kReadingWeight;
+    motion.equations.information *= kMotionReadingWeight;
+    motion.equations.gradient *= kMotionReadingWeight;
     const Mat6 covariance = inverse_of(motion.equations.information + prior);
     motion.share_seen = covariance * motion.equations.information;
     const Vec6 slope = motion.equations.gradient + prior * motion.disagreement;

@@ -12,7 +12,6 @@ namespace hm {
 namespace {
 
 constexpr Duration kFast{100'000'000}, kSlow{1'000'000'000}, kLifePeriod{500'000'000};
-constexpr float kDisarmByForce = 21196;
 constexpr std::uint16_t kTakeOverButton = 1;
 constexpr std::uint16_t kUnknownVoltage = 65535;
 constexpr std::size_t kMostSent = 16;
@@ -236,7 +235,7 @@ std::uint8_t GroundStation::obey(const MavCommandLong& command, const CommandOri
   const Asked asked{command.command, origin.from};
   switch (command.command) {
     case kMavCommandArmDisarm:
-      if (command.param1 >= 0.5F || command.param2 != kDisarmByForce)
+      if (command.param1 >= 0.5F || command.param2 != kMavDisarmByForce)
         return arm(command.param1 >= 0.5F, asked);
       queue_.clear();
       order(CommandKind::kEStop, asked);

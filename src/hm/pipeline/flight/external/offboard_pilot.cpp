@@ -7,7 +7,7 @@
 namespace hm {
 namespace {
 
-constexpr float kCustomMode = 1, kPx4Offboard = 6, kArdupilotGuided = 4, kDisarmByForce = 21196;
+constexpr float kCustomMode = 1, kPx4Offboard = 6, kArdupilotGuided = 4;
 
 double yaw_of(const OffboardView& view) { return static_cast<double>(view.estimate.roll_pitch_yaw_rad.z()); }
 
@@ -48,7 +48,7 @@ Refusal OffboardPilot::obey(const FlightCommand& command, const OffboardView& vi
       return Refusal::kNone;
     case CommandKind::kEStop:
       commands_.clear();
-      order(kMavCommandArmDisarm, 0, kDisarmByForce);
+      order(kMavCommandArmDisarm, 0, kMavDisarmByForce);
       state_ = AutopilotState::kError;
       set_point_.reset();
       return Refusal::kNone;

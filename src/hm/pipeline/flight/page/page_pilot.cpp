@@ -10,7 +10,7 @@
 namespace hm {
 namespace {
 
-constexpr Duration kLifePeriod{500'000'000};
+constexpr Duration kPageLifePeriod{500'000'000};
 /// An answer that has not come by then was lost with its link.
 constexpr Duration kAnswerTimeout{1'000'000'000};
 constexpr std::size_t kMostOrders = 64;
@@ -139,7 +139,7 @@ std::optional<FlightCommand> PagePilot::step(const FlightMoment& moment, const M
     add(CommandKind::kHold);
     if (view_) view_->on_event(LogLevel::kWarning, "the vehicle holds: " + *hold_reason);
   }
-  if (waiting_.empty() && in_control_ && is_due(life_at_, kLifePeriod, moment.stamp))
+  if (waiting_.empty() && in_control_ && is_due(life_at_, kPageLifePeriod, moment.stamp))
     add(CommandKind::kSignOfLife);
   const bool is_urgent = !waiting_.empty() && waiting_.front().command.kind == CommandKind::kEStop;
   if (!may_send || waiting_.empty() || (sent_ && !is_urgent) || moment.stamp <= last_stamp_)
