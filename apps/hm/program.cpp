@@ -19,7 +19,9 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->group(group);
   command.add_flag("--quiet", options.quiet, "print nothing but errors (and the object of --json)")
       ->group(group);
-  command.add_option("--threads", options.threads, "number of threads (default: all; of scan, all but one until its end)")
+  command
+      .add_option("--threads", options.threads,
+                  "number of threads (default: all; of scan, all but one until its end)")
       ->check(CLI::Range(1, 256))
       ->group(group);
   command.add_option("--params", options.params_file, "read parameters from this TOML file")->group(group);

@@ -1,11 +1,11 @@
 #include "hm/calibration/noise_fit.hpp"
 
-#include "hm/geometry/solvers/small_solvers.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {

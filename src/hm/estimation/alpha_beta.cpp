@@ -20,8 +20,8 @@ AlphaBetaStatus BasicAlphaBetaAngle<Scalar>::update(Time time, Scalar measured_r
   const Scalar dt_s = seconds_of<Scalar>(since_last);
   const Scalar predicted = angle_rad_ + dt_s * rate_rad_s_;
   const Scalar residual = wrap_angle(measured_rad - predicted);
-  angle_rad_ = wrap_angle(predicted + params_.alpha_ratio * residual);
-  rate_rad_s_ += params_.beta_ratio / dt_s * residual;
+  angle_rad_ = wrap_angle(predicted + params_.alpha_ratio * residual);  // (2.7)
+  rate_rad_s_ += params_.beta_ratio / dt_s * residual;                  // (2.8)
   return status;
 }
 
@@ -53,8 +53,8 @@ AlphaBetaStatus AlphaBetaOrientation::update(Time time, const Eigen::Quaterniond
   const double dt_s = since_last.seconds();
   const Eigen::Quaterniond predicted = turned(R_world_body_, dt_s * rate_body_rad_s_);
   const Eigen::Vector3d residual = rotation_vector(predicted.conjugate() * measured);
-  R_world_body_ = turned(predicted, params_.alpha_ratio * residual);
-  rate_body_rad_s_ += params_.beta_ratio / dt_s * residual;
+  R_world_body_ = turned(predicted, params_.alpha_ratio * residual);  // (2.7)
+  rate_body_rad_s_ += params_.beta_ratio / dt_s * residual;           // (2.8)
   return status;
 }
 

@@ -1,8 +1,7 @@
 #include "hm/geometry/se3.hpp"
 
+#include <Eigen/SVD>
 #include <cmath>
-
-#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 
@@ -50,8 +49,8 @@ Result<SE3> SE3::from_matrix(const Mat4& matrix, double tolerance) {
     return fail(ErrorCode::kInvalidValue, "", "a pose is not rigid: R^T R differs from identity by {:.3g}",
                 error);
   if (rotation.determinant() < 0) return fail(ErrorCode::kInvalidValue, "", "the rotation of a pose mirrors");
-  const Svd3 svd = svd_of(rotation);
-  return SE3(Mat3(svd.U * svd.V.transpose()), matrix.topRightCorner<3, 1>());
+  const Eigen::JacobiSVD<Mat3> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return SE3(Mat3(svd.matrixU() * svd.matrixV().transpose()), matrix.topRightCorner<3, 1>());
 }
 
 SE3 SE3::exp(const Vec6& twist) {
@@ -62,7 +61,7 @@ SE3 SE3::exp(const Vec6& twist) {
 Vec6 SE3::log() const {
   const Vec3 w = so3_log(rotation_);
   Vec6 twist;
-  twist << solve(left_jacobian(w), translation_), w;
+  twist << left_jacobian(w).partialPivLu().solve(translation_), w;
   return twist;
 }
 

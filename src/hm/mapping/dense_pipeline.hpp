@@ -41,12 +41,12 @@ class DensePipeline {
   /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and
   /// pass check_params() (tsdf_params.hpp); `threads` is at least 1.
   DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads);
-  /// From now on.
-  void set_threads(int threads);
   ~DensePipeline();
   DensePipeline(const DensePipeline&) = delete;
   DensePipeline& operator=(const DensePipeline&) = delete;
 
+  /// At least 1, from now on.
+  void set_threads(int threads);
   /// Continues with a loaded grid, whose voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 

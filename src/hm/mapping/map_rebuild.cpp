@@ -109,7 +109,8 @@ bool MapRebuild::integrate(std::span<const std::size_t> places, const RunContext
         indices.push_back(observation.frame_index);
       }
   frames_total_ += jobs.size();
-  FramePrefetcher frames(frames_, std::move(indices), {options_.prefetch_frames, options_.threads});
+  FramePrefetcher frames(frames_, std::move(indices),
+                         {.ahead = options_.prefetch_frames, .readers = options_.threads});
   for (const auto& [place, observation] : jobs) {
     if (run.stop.stop_requested()) return false;
     auto frame = frames.next();

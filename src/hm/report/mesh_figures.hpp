@@ -48,10 +48,9 @@ std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const Triangle
                                         const MeshFigureOptions& options, const ParallelLoop& loop);
 
 /// Writes figures as PNG to the folder `pictures` in `output`, and adds that folder to `outputs`; without
-/// figures no folder is created.
+/// figures no folder is created. An error is the first; the other figures are written nevertheless.
 Result<void> write_figures(const std::filesystem::path& output, std::span<const Figure> figures,
-                           std::vector<std::filesystem::path>& outputs,
-                           const ParallelLoop& loop = ParallelLoop(1));
+                           std::vector<std::filesystem::path>& outputs, const ParallelLoop& loop);
 
 void add_figure(HtmlReport& report, const Figure& figure);
 /// Shows the figure of this name in the place of the model; nothing if there is none.

@@ -35,8 +35,8 @@ class WorkQueue {
   WorkQueue(const WorkQueue&) = delete;
   WorkQueue& operator=(const WorkQueue&) = delete;
 
-  /// Returns at once. Throws what processing threw since the last call; the items behind that one are
-  /// dropped.
+  /// Returns at once. Throws what processing an earlier item threw, then and from then on: the items behind
+  /// that one, and this one, are dropped.
   void add(Item item) {
     {
       const std::lock_guard lock(mutex_);
@@ -50,8 +50,8 @@ class WorkQueue {
     const std::lock_guard lock(mutex_);
     return items_.size() + (busy_ ? 1 : 0);
   }
-  /// Until all items are processed: then the thread sleeps, and what it used is the caller's until the next
-  /// add(). Throws as add() does.
+  /// Waits until all items are processed. The thread is then idle, and what it used is the caller's until the
+  /// next add(). Throws as add() does.
   void wait() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return items_.empty() && !busy_; });
@@ -84,7 +84,7 @@ class WorkQueue {
     }
   }
   void throw_failure() {
-    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    if (failure_) std::rethrow_exception(failure_);
   }
 
   std::function<void(const Item&)> process_;

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <future>
 #include <new>
+#include <thread>
 #include <vector>
 
 namespace hm {
@@ -38,7 +40,7 @@ TEST(WorkQueue, CountsWhatIsProcessedAmongThoseThatWait) {
   EXPECT_EQ(queue.waiting(), 0u);
 }
 
-TEST(WorkQueue, ThrowsOnceWhatProcessingThrewAndGoesOn) {
+TEST(WorkQueue, ThrowsWhatProcessingThrewFromThenOn) {
   std::vector<int> processed;
   WorkQueue<int> queue([&](int item) {
     if (item == 1) throw std::bad_alloc();
@@ -48,9 +50,9 @@ TEST(WorkQueue, ThrowsOnceWhatProcessingThrewAndGoesOn) {
   queue.wait();
   queue.add(1);
   EXPECT_THROW(queue.wait(), std::bad_alloc);
-  queue.add(2);
-  queue.wait();
-  EXPECT_EQ(processed, (std::vector<int>{0, 2}));
+  EXPECT_THROW(queue.add(2), std::bad_alloc);
+  EXPECT_THROW(queue.wait(), std::bad_alloc);
+  EXPECT_EQ(processed, (std::vector<int>{0}));
 }
 
 TEST(WorkQueue, DropsWhatWaitsBehindAFailure) {
@@ -70,17 +72,18 @@ TEST(WorkQueue, DropsWhatWaitsBehindAFailure) {
   EXPECT_TRUE(processed.empty());
 }
 
-TEST(WorkQueue, EndsWhileItemsWait) {
+TEST(WorkQueue, DropsWhatWaitsWhenItEnds) {
   std::promise<void> begun;
   std::size_t processed = 0;
   {
     WorkQueue<int> queue([&](int) {
       if (processed++ == 0) begun.set_value();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
     });
-    for (int i = 0; i < 10000; ++i) queue.add(i);
+    for (int i = 0; i < 100; ++i) queue.add(i);
     begun.get_future().wait();
   }
-  EXPECT_LE(processed, 10000u);
+  EXPECT_LT(processed, 100u);
 }
 
 }  // namespace

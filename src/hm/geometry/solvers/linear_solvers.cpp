@@ -8,8 +8,6 @@ namespace hm {
 
 Vec3 solve_symmetric_3(const Mat3& A, const Vec3& b) { return A.ldlt().solve(b); }
 
-Vec3 solve(const Mat3& A, const Vec3& b) { return A.partialPivLu().solve(b); }
-
 Vec6 solve_symmetric(const Mat6& A, const Vec6& b) { return A.ldlt().solve(b); }
 
 Mat6 inverse_of(const Mat6& A) { return A.inverse(); }

@@ -13,8 +13,6 @@ namespace hm {
 /// Solution x of A x = b for a symmetric, positive or negative semidefinite A (Eigen::LDLT).
 Vec3 solve_symmetric_3(const Mat3& A, const Vec3& b);
 Vec6 solve_symmetric(const Mat6& A, const Vec6& b);
-/// Solution x of A x = b for an invertible A (Eigen: LU with partial pivoting).
-Vec3 solve(const Mat3& A, const Vec3& b);
 /// Matrix inverse (Eigen: LU with partial pivoting).
 Mat6 inverse_of(const Mat6& A);
 
@@ -40,7 +38,7 @@ struct Svd3 {
 Svd3 svd_of(const Mat3& A);
 
 /// Shortest rotation that takes the direction `from` to `to` (Eigen::Quaterniond::FromTwoVectors, which
-/// instantiates an SVD for opposite directions; here half a turn about any axis across them).
+/// instantiates an SVD for opposite directions; here half a turn about any axis perpendicular to them).
 Eigen::Quaterniond turn_between(const Vec3& from, const Vec3& to);
 
 }  // namespace hm

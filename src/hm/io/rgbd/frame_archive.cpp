@@ -126,6 +126,12 @@ KeptFrame pack_frame(const RgbdFrame& frame) {
   return kept;
 }
 
+RgbdFrame with_depth(const KeptFrame& kept) {
+  RgbdFrame frame = kept.frame;
+  frame.depth.units = unpack_depth(kept.depth, kept.depth_width, kept.depth_height);
+  return frame;
+}
+
 }  // namespace
 
 struct FrameArchive::Impl {
@@ -134,6 +140,14 @@ struct FrameArchive::Impl {
   mutable std::mutex mutex;  ///< of what follows
   std::map<std::size_t, std::shared_ptr<const KeptFrame>> frames;
   std::size_t bytes = 0;
+
+  Result<std::shared_ptr<const KeptFrame>> find(std::size_t index) const {
+    const std::scoped_lock lock(mutex);
+    const auto found = frames.find(index);
+    if (found == frames.end())
+      return fail(ErrorCode::kNotFound, fmt::format("frame {}", index), "it was not kept");
+    return found->second;
+  }
 };
 
 FrameArchive::FrameArchive(const PinholeCamera& camera, std::size_t max_bytes)
@@ -163,18 +177,17 @@ Result<void> FrameArchive::keep(const RgbdFrame& frame) {
 PinholeCamera FrameArchive::camera() const { return impl_->camera; }
 
 Result<RgbdFrame> FrameArchive::read(std::size_t index) const {
-  std::shared_ptr<const KeptFrame> kept;
-  {
-    const std::scoped_lock lock(impl_->mutex);
-    const auto found = impl_->frames.find(index);
-    if (found == impl_->frames.end())
-      return fail(ErrorCode::kNotFound, fmt::format("frame {}", index), "it was not kept");
-    kept = found->second;
-  }
-  RgbdFrame frame = kept->frame;
-  frame.depth.units = unpack_depth(kept->depth, kept->depth_width, kept->depth_height);
-  frame.color = unpack_color(kept->color, kept->color_width, kept->color_height);
+  const auto kept = impl_->find(index);
+  if (!kept) return forward_error(kept);
+  RgbdFrame frame = with_depth(**kept);
+  frame.color = unpack_color((*kept)->color, (*kept)->color_width, (*kept)->color_height);
   return frame;
+}
+
+Result<RgbdFrame> FrameArchive::read_depth(std::size_t index) const {
+  const auto kept = impl_->find(index);
+  if (!kept) return forward_error(kept);
+  return with_depth(**kept);
 }
 
 std::size_t FrameArchive::frame_count() const {

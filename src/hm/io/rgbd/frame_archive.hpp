@@ -24,6 +24,7 @@ class FrameArchive final : public FrameSource {
   [[nodiscard]] PinholeCamera camera() const override;
   /// Returns the stored frame, bit-identical. kNotFound: no frame with this index.
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
+  [[nodiscard]] Result<RgbdFrame> read_depth(std::size_t index) const override;
 
   [[nodiscard]] std::size_t frame_count() const;
   /// Memory of the compressed frames in bytes.

@@ -57,9 +57,14 @@ TEST(FrameArchive, GivesFramesAgainToTheBit) {
     const auto again = archive.read(i);
     ASSERT_TRUE(again) << to_string(again.error());
     expect_same(frame, *again);
+    const auto depth = archive.read_depth(i);
+    ASSERT_TRUE(depth) << to_string(depth.error());
+    frame.color = {};
+    expect_same(frame, *depth);
   }
   EXPECT_EQ(archive.frame_count(), 8u);
   EXPECT_EQ(archive.read(8).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(archive.read_depth(8).error().code, ErrorCode::kNotFound);
 }
 
 TEST(FrameArchive, KeepsSmoothPicturesInAFractionOfTheirSize) {

@@ -30,8 +30,8 @@ void FramePrefetcher::Impl::read_all(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
   while (true) {
     // Waits for room before decoding, so that at most `ahead` frames are held.
-    if (!changed.wait(lock, stop, [&] { return begun.size() < options.ahead || all_begun(); }) || all_begun())
-      return;
+    changed.wait(lock, stop, [&] { return failure || all_begun() || begun.size() < options.ahead; });
+    if (stop.stop_requested() || failure || all_begun()) return;
     const std::size_t place = taken + begun.size();
     begun.emplace_back();
     lock.unlock();
@@ -74,13 +74,15 @@ FramePrefetcher::FramePrefetcher(const FrameSource& frames, std::vector<std::siz
   impl_->frames = &frames;
   impl_->indices = std::move(indices);
   impl_->options = options;
-  const std::size_t readers =
-      std::min({static_cast<std::size_t>(options.readers), options.ahead, impl_->indices.size()});
+  impl_->options.ahead = std::max(options.ahead, static_cast<std::size_t>(options.readers));
+  const std::size_t readers = std::min(static_cast<std::size_t>(options.readers), impl_->indices.size());
   for (std::size_t i = 0; i < readers; ++i)
     impl_->readers.emplace_back([impl = impl_.get()](const std::stop_token& stop) { impl->read_all(stop); });
 }
 
-FramePrefetcher::~FramePrefetcher() = default;
+FramePrefetcher::~FramePrefetcher() {
+  for (std::jthread& reader : impl_->readers) reader.request_stop();  // all, before one of them is waited for
+}
 
 std::optional<Result<RgbdFrame>> FramePrefetcher::next() {
   std::unique_lock lock(impl_->mutex);

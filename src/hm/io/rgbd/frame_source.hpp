@@ -18,7 +18,7 @@ class FrameSource {
   /// Reads the frame with this index, decoded and undistorted; bit-identical every time. Must be safe to call
   /// from several threads at once. An error names what could not be read; other frames are not affected.
   [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
-  /// The same, but without colour where reading it takes time.
+  /// The same without colour, where reading it takes time; then no error where only colour cannot be read.
   [[nodiscard]] virtual Result<RgbdFrame> read_depth(std::size_t index) const { return read(index); }
 };
 

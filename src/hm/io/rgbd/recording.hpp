@@ -82,9 +82,10 @@ class Recording : public FrameSource {
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});
 
+/// How frames are read ahead. Decoding the images of a frame takes several times as long as integrating them.
 struct PrefetchOptions {
-  std::size_t ahead = 4;    ///< most decoded frames that are held
-  int readers = 1;          ///< threads that decode; the images of a frame take longer than to integrate it
+  std::size_t ahead = 4;    ///< most decoded frames that are held; at least one for each reader
+  int readers = 1;          ///< threads that decode, besides those of the caller
   bool depth_only = false;  ///< colour is not needed: FrameSource::read_depth()
 };
 
@@ -99,7 +100,8 @@ class FramePrefetcher {
   ~FramePrefetcher();
   FramePrefetcher(const FramePrefetcher&) = delete;
   FramePrefetcher& operator=(const FramePrefetcher&) = delete;
-  /// Next frame, or the error of reading it; nothing at the end. Throws what reading threw (std::bad_alloc).
+  /// Next frame, or the error of reading it; nothing at the end. Throws what reading
+  /// threw (std::bad_alloc), at once and from then on.
   std::optional<Result<RgbdFrame>> next();
 
  private:

@@ -54,7 +54,8 @@ class SlamMap {
   /// Mesh of the uncorrected odometry poses, for comparison.
   TriangleMesh mesh_of_odometry();
 
-  /// From now on; a rebuild that is under way keeps its own.
+  /// At least 1, from now on: of integration, correct() and mesh_of_odometry(); the rebuilding of follow()
+  /// has one.
   void set_threads(int threads);
   [[nodiscard]] DensePipeline& dense();
   [[nodiscard]] const DensePipeline& dense() const;

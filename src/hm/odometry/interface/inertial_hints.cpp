@@ -7,8 +7,8 @@ namespace hm {
 namespace {
 
 constexpr double kMaxHintGap_s = 0.1;  // between readings, and to both ends
-constexpr double kHintMargin_s =
-    0.15;  // before and after the interval, for the delay of the readings' stamps
+/// Before and after the interval, for the delay of the readings' stamps.
+constexpr double kHintMargin_s = 0.15;
 
 /// Samples from the last one before `begin` to the first one after `end`.
 std::span<const ImuSample> readings_over(const std::vector<ImuSample>& samples, Time begin, Time end) {

@@ -45,7 +45,7 @@ Result<void> Gatherer::from_recording() {
   const RecordingInfo& info = (*recording)->info();
   const std::size_t count = std::min(info.frame_count, static_cast<std::size_t>(options_.frame_limit));
   DepthAverage average(info.camera.width, info.camera.height);
-  FramePrefetcher frames(**recording, 0, count);
+  FramePrefetcher frames(**recording, 0, count, 1, {.readers = options_.run.threads});
   for (std::size_t done = 0; const auto frame = frames.next(); ++done) {
     if (auto go_on = step(done, count); !go_on) return go_on;
     if (!*frame) {

@@ -25,7 +25,7 @@ inline FrameRange frame_range(const ReconstructionParams& params, std::size_t fr
 
 /// A run on so many threads decodes with as many.
 inline PrefetchOptions prefetch_options(const ReconstructionParams& params, int threads) {
-  return {static_cast<std::size_t>(params.prefetch_frames), threads};
+  return {.ahead = static_cast<std::size_t>(params.prefetch_frames), .readers = threads};
 }
 
 }  // namespace hm

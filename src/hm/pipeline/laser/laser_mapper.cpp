@@ -12,7 +12,7 @@ namespace hm {
 namespace {
 
 /// A scan that is in the map, for the map of the corrected poses.
-struct ScanOfMap {
+struct InsertedScan {
   LaserScan scan;
   std::size_t laser = 0;
   Time stamp;
@@ -41,7 +41,7 @@ struct LaserMapper::Impl {
   LaserPipeline pipeline;
   bool keeps_scans;                            ///< `map` may become another frame than `odom`
   std::vector<std::deque<LaserScan>> waiting;  ///< of each laser, until their steps come
-  std::vector<ScanOfMap> mapped;
+  std::vector<InsertedScan> mapped;
   Trajectory T_odom_base;
   std::vector<LaserPose> poses;
 
@@ -121,7 +121,7 @@ MultiVolumeGrid LaserMapper::corrected_map() const {
   if (!impl_->keeps_scans) return MultiVolumeGrid::parse(map().serialise()).value();
   MultiVolumeGrid grid(impl_->parameters.mvog);
   SweepPoints points(impl_->parameters.run.clear_without_return_m);
-  for (const ScanOfMap& scan : impl_->mapped) {
+  for (const InsertedScan& scan : impl_->mapped) {
     const SE2 T_map_odom =
         impl_->pipeline.map_frame().T_map_odom_at(scan.stamp, SE2::from_se3(scan.T_odom_base));
     points.compute_again(scan.scan, impl_->rigs[scan.laser], scan.sweep, T_map_odom.to_se3());

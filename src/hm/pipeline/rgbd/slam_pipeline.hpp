@@ -125,7 +125,7 @@ class SlamPipeline {
   [[nodiscard]] UpDirection up() const;
   /// The mesh of the map as it is now.
   TriangleMesh mesh();
-  /// From now on, instead of RunContext::threads.
+  /// At least 1, from now on, instead of RunContext::threads.
   void set_threads(int threads);
   /// The map as it is now, to save and to query (map_query.hpp).
   [[nodiscard]] DensePipeline& dense();

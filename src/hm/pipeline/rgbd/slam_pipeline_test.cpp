@@ -121,6 +121,20 @@ void finish_recording(SlamPipeline& slam) {
   EXPECT_TRUE(slam.correct_dense_map());
 }
 
+TEST(SlamPipeline, TheEndOnMoreThreadsGivesTheSame) {
+  RunContext run;
+  run.threads = 1;
+  SlamPipeline one(recording(), parameters_of_test(), run), more(recording(), parameters_of_test(), run);
+  for (SlamPipeline* slam : {&one, &more}) {
+    slam->track_and_map();
+    if (slam == &more) slam->set_threads(3);
+    finish_recording(*slam);
+  }
+  ASSERT_GT(one.state().correction.frames, 0u) << "nothing was done in the end";
+  EXPECT_EQ(more.dense().loop().threads(), 3);
+  expect_same_result(one, more);
+}
+
 /// A run that was stopped before frame `cut`, as it comes back from its files.
 SavedSlam stopped_before(std::size_t cut, const std::filesystem::path& folder) {
   std::stop_source stop;

@@ -36,7 +36,7 @@ bool is_from_kinect(const CameraDescription& camera) {
 RunContext with_drops(const ScanOptions& options, const std::unique_ptr<LiveSource>& source) {
   const RunContext& run = options.run;
   RunContext scanning = run;
-  scanning.threads = options.live_threads;
+  scanning.threads = options.live_threads.value_or(run.threads);
   scanning.background = ThreadPriority::kLow;
   scanning.stop = {};  // Ctrl-C ends the capture; what follows is finished
   if (run.progress)
@@ -80,6 +80,7 @@ class Scan {
   Result<ScanSummary> finish();
   Result<ScanSummary> save_unplugged();
   Result<void> publish_mesh();
+  void use_all_threads();
 
   const ScanOptions& options_;
   ResultFolder& folder_;
@@ -107,7 +108,7 @@ void Scan::say_once(std::string& said, const std::string& what) const {
 
 /// Brings SLAM to where the recording ends.
 void Scan::track_earlier(const Recording& earlier) {
-  FramePrefetcher reader(earlier, 0, earlier.info().frame_count);
+  FramePrefetcher reader(earlier, 0, earlier.info().frame_count, 1, {.readers = options_.run.threads});
   while (!options_.run.stop.stop_requested()) {
     auto frame = reader.next();
     if (!frame) return;
@@ -210,7 +211,13 @@ void Scan::summarise_capture() {
         fmt::format("{} not in the recording: {}", counted(recorded.failed, "frame"), recorded.failure));
 }
 
+void Scan::use_all_threads() {
+  run_.threads = options_.run.threads;
+  pipeline_.set_threads(run_.threads);
+}
+
 Result<void> Scan::publish_mesh() {
+  use_all_threads();
   std::vector<fs::path> files;
   auto written = write_mesh_files(pipeline_.mesh(), {folder_.staging(), options_.run.program_version, {}},
                                   options_.parameters.reconstruction, files);
@@ -256,8 +263,7 @@ Result<ScanSummary> Scan::finish() {
   if (frames_.size() == 0) return tl::make_unexpected(no_frame());
   save_.reset();  // the results' own map follows
   if (const auto complete = frames_.complete(); !complete) return forward_error(complete);
-  run_.threads = options_.run.threads;
-  pipeline_.set_threads(run_.threads);
+  use_all_threads();
   SlamRunOptions options;
   options.recording = recording_;
   options.output = options_.output;

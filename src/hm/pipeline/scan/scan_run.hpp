@@ -22,9 +22,9 @@ struct ScanOptions {
   std::optional<double> duration_s = {};  ///< ends the scan; none: until it is stopped, or the camera ends
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, the scan ends as it should
-  /// Instead of run.threads, until the last frame: the camera and the recording need a processor, and a loop
-  /// that waits for a thread without one is slower than a loop on one thread.
-  int live_threads = 1;
+  /// Until the last frame; none: run.threads. The camera and the recording need a processor, and a loop that
+  /// waits for a thread without one is slower than a loop on one thread.
+  std::optional<int> live_threads = {};
 };
 
 /// Result of a scan.

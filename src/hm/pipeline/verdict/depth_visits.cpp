@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "hm/pipeline/verdict/path_steps.hpp"
 #include "hm/pipeline/verdict/posed_views.hpp"
@@ -81,10 +82,12 @@ void judge_depth_visits(const Recording& recording, const Trajectory& T_world_ca
   std::vector<double> offset_ratios;
   const std::vector<ViewPair> pairs = pairs_of_visits(views);
   const auto found = differences(recording, views, pairs, run, "comparing visits");
+  std::optional<std::size_t> last;  // view that was compared
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!found[i]) continue;
     const PosedView& view = views[pairs[i].first];
-    if (comparisons.empty() || comparisons.back().time_s != view.time_s) {
+    if (last != pairs[i].first) {
+      last = pairs[i].first;
       comparisons.push_back({view.time_s, 0, view.T_world_camera.translation().head<2>()});
       offset_ratios.push_back(0);
     }

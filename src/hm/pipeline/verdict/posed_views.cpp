@@ -51,12 +51,12 @@ std::vector<std::optional<ViewDifference>> differences(const Recording& recordin
                                                        const std::vector<PosedView>& views,
                                                        std::span<const ViewPair> pairs, const RunContext& run,
                                                        const char* stage) {
-  constexpr std::size_t kPairsPerProgress = 8;
   const ParallelLoop loop(run.threads);
+  const std::size_t at_once = std::max<std::size_t>(8, 4 * static_cast<std::size_t>(run.threads));
   std::vector<std::optional<ViewDifference>> found(pairs.size());
-  for (std::size_t done = 0; done < pairs.size(); done += kPairsPerProgress) {
+  for (std::size_t done = 0; done < pairs.size(); done += at_once) {
     if (run.progress) run.progress({stage, done, pairs.size(), {}});
-    loop.for_ranges(std::min(kPairsPerProgress, pairs.size() - done), 1, [&](std::size_t i, std::size_t) {
+    loop.for_ranges(std::min(at_once, pairs.size() - done), 1, [&](std::size_t i, std::size_t) {
       const ViewPair& pair = pairs[done + i];
       found[done + i] = difference(recording, views[pair.first], views[pair.second]);
     });

@@ -95,12 +95,12 @@ class Search {
  private:
   void set_beside(const std::optional<Candidate>& beside) {
     beside_ = beside;
-    like_beside_.clear();
+    angle_is_near_beside_.clear();
     if (!beside) return;
     least_seen_score_ = params_.ambiguity_ratio * seen_score(*beside);
     for (int angle = -angles_; angle <= angles_; ++angle)
-      like_beside_.push_back(std::abs(wrap_angle((angle - beside->angle) * angle_step_)) <=
-                             params_.other_angle_rad);
+      angle_is_near_beside_.push_back(std::abs(wrap_angle((angle - beside->angle) * angle_step_)) <=
+                                      params_.other_angle_rad);
   }
 
   template <class List>
@@ -153,7 +153,7 @@ class Search {
 
   /// True if all poses of a square are too close to `beside` to be an alternative.
   [[nodiscard]] bool is_same_place(int level, const Candidate& c) const {
-    if (!beside_ || !like_beside_[static_cast<std::size_t>(c.angle + angles_)]) return false;
+    if (!beside_ || !angle_is_near_beside_[static_cast<std::size_t>(c.angle + angles_)]) return false;
     const int last = (1 << level) - 1;
     // The corner that is farthest away; with a free axis, farthest from the line along it.
     double most = 0;
@@ -175,9 +175,8 @@ class Search {
   int angles_ = 0, columns_ = 0, rows_ = 0;
   std::vector<Eigen::Vector2i> cells_;  // cells of the points for every angle, at the window's centre
   std::optional<Candidate> beside_, best_;
-  std::vector<bool>
-      like_beside_;              // for every angle: is it too close to that of `beside` to be an alternative
-  double least_seen_score_ = 0;  // of an alternative
+  std::vector<bool> angle_is_near_beside_;  // for every angle: by it alone, a pose is no alternative
+  double least_seen_score_ = 0;             // of an alternative
   std::uint32_t least_ = 0;
   std::size_t evaluations_ = 0;
 };

@@ -8,7 +8,8 @@
 namespace hm {
 
 /// Adds scan odometry to a scan graph and optimises it at intervals, for a vehicle controlled in `odom`;
-/// provides the correction `map -> odom` (dissertation 2.4). Deterministic; not thread safe.
+/// provides the correction `map -> odom` (dissertation 2.4). ScanGraph2D finds the loops. Deterministic; not
+/// thread safe.
 class LoopCloser {
  public:
   /// Optimises the graph after every `loops_per_solution` new loops (a large graph mostly in part, see

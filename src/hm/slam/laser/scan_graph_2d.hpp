@@ -48,9 +48,10 @@ struct ScanGraphStatistics {
   [[nodiscard]] std::size_t rejected() const { return candidates - accepted + removed; }
 };
 
-/// Corrects the drift of 2D odometry by loop closure: a pose graph of keyframe scans, with loops found by
-/// correlative search in submaps of a few keyframes, in a window given by the graph's uncertainty, verified
-/// by PL-ICP, and optimised with a robust loss. Provides `map -> odom`; poses in `odom` are never changed.
+/// Corrects the drift of 2D odometry by loop closure (dissertation 2.4): a pose graph of keyframe scans, with
+/// loops found by correlative search in submaps of a few keyframes, in a window given by the graph's
+/// uncertainty, verified by PL-ICP, and optimised with a robust loss. Provides `map -> odom`; poses in `odom`
+/// are never changed.
 ///
 /// add_keyframe() costs at most three bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
 /// all keyframe positions; optimise(), a sparse optimisation, is called by the user at any time.

@@ -5,10 +5,10 @@
 
 namespace hm {
 
-/// Discrete update filters (4.2.6): weighted running means in integers, free of drift (round to nearest even)
-/// and of stalls (an observation of weight 1 that differs moves the mean by at least one unit; one of weight
-/// w < 1 if it differs by at least 0.5 / w units). Weight 0 changes nothing. Scalar reference for the vector
-/// code, which must match it bit by bit: single precision, no fused multiply-add.
+/// Discrete update filters (dissertation 4.2.6): weighted running means in integers, free of drift (round to
+/// nearest even) and of stalls (an observation of weight 1 that differs moves the mean by at least one unit;
+/// one of weight w < 1 if it differs by at least 0.5 / w units). Weight 0 changes nothing. Scalar reference
+/// for the vector code, which must match it bit by bit: single precision, no fused multiply-add.
 
 /// Nearest integer, ties to even; |x| < 2^22.
 inline float round_to_even(float x) {

@@ -1,10 +1,10 @@
 // The update filters of discrete_update_filter.hpp with Highway vectors, bit-identical. Included once per
 // instruction set, hence the toggling include guard.
-#if defined(HM_TSDF_UPDATE_FILTERS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef HM_TSDF_UPDATE_FILTERS_INL
-#undef HM_TSDF_UPDATE_FILTERS_INL
+#if defined(HM_TSDF_DISCRETE_UPDATE_FILTER_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HM_TSDF_DISCRETE_UPDATE_FILTER_INL
+#undef HM_TSDF_DISCRETE_UPDATE_FILTER_INL
 #else
-#define HM_TSDF_UPDATE_FILTERS_INL
+#define HM_TSDF_DISCRETE_UPDATE_FILTER_INL
 #endif
 
 #include <hwy/highway.h>

@@ -164,7 +164,8 @@ Result<void> CompensationExperiment::write_results() {
   material_.parameters_toml = list_slam(parameters_).to_toml();
   if (truth_) material_.surface = &*surface_;
   const std::vector<Figure> figures = draw_compensation(summary_, material_, loop_);
-  if (auto written = write_figures(options_.output, figures, summary_.outputs); !written) return written;
+  if (auto written = write_figures(options_.output, figures, summary_.outputs, loop_); !written)
+    return written;
   const auto json = to_json_text(to_json(summary_));
   if (auto written = write_file_text(options_.output / "report.json", json + "\n"); !written) return written;
   summary_.outputs.push_back(options_.output / "report.json");

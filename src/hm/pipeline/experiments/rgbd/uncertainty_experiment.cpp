@@ -236,7 +236,7 @@ Result<UncertaintyResult> record_uncertainty(const std::filesystem::path& path, 
   UncertaintyResult result;
   result.scene = path.filename().string();
   StillView view{camera, DepthAverage(camera.width, camera.height), {}, {}, {}};
-  FramePrefetcher frames(**recording, 0, static_cast<std::size_t>(count));
+  FramePrefetcher frames(**recording, 0, static_cast<std::size_t>(count), 1, {.readers = run.threads});
   for (int done = 0; auto frame = frames.next(); ++done) {
     if (auto go_on = step(run, done, count); !go_on) return forward_error(go_on);
     if (!*frame) {

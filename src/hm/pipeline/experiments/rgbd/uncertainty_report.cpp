@@ -162,7 +162,7 @@ Result<std::vector<std::filesystem::path>> write_uncertainty(const UncertaintyRe
   std::vector<std::filesystem::path> outputs;
   if (auto made = make_folder(output); !made) return forward_error(made);
   const std::vector<Figure> figures = draw_figures(result);
-  if (auto drawn = as_run_failure(write_figures(output, figures, outputs)); !drawn)
+  if (auto drawn = as_run_failure(write_figures(output, figures, outputs, ParallelLoop(run.threads))); !drawn)
     return forward_error(drawn);
   for (const auto& [name, text] : {std::pair{"report.json", to_json_text(to_json(result)) + "\n"},
                                    std::pair{"report.html", to_html(result, figures, run.program_version)}}) {

@@ -56,7 +56,7 @@ Result<void> write_maps(const FlownMission& flown, FlightReportMaterial& materia
       {"plan", "The laser's map from above, and the path: occupied dark, free light, unknown grey.",
        std::move(*plan), HtmlReport::Place::kWide, legend_of(paths)});
   set_scale(material.figures.back(), layers->slice->cells.width() * layers->slice->resolution_m);
-  return write_figures(flown.folder, material.figures, summary.outputs);
+  return write_figures(flown.folder, material.figures, summary.outputs, ParallelLoop(1));
 }
 
 }  // namespace

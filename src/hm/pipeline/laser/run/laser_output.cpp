@@ -142,9 +142,9 @@ Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, La
   std::optional<OccupancyGrid2D> slice_odom;
   if (maps.map_odom)
     if (auto odom = laser_slice(*maps.map_odom, options.parameters.laser.run)) slice_odom = std::move(*odom);
-  material.figures = draw_figures({*slice, slice_odom, layers->voxels, layers->faces}, summary,
-                                  ParallelLoop(options.run.threads));
-  return write_figures(options.output, material.figures, summary.outputs);
+  const ParallelLoop loop(options.run.threads);
+  material.figures = draw_figures({*slice, slice_odom, layers->voxels, layers->faces}, summary, loop);
+  return write_figures(options.output, material.figures, summary.outputs, loop);
 }
 
 Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,
