@@ -5,6 +5,7 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <utility>
 
@@ -13,27 +14,17 @@
 namespace hm {
 
 /// Processes items one by one, in the order in which they come, on a thread of its own. waiting() is called
-/// from any thread, the others from one.
+/// from any thread, the others from one. The destructor waits for the item that is processed; those that wait
+/// are dropped.
 template <class Item>
 class WorkQueue {
  public:
   explicit WorkQueue(std::function<void(const Item&)> process,
                      ThreadPriority priority = ThreadPriority::kNormal)
-      : process_(std::move(process)), thread_([this, priority] {
+      : process_(std::move(process)), thread_([this, priority](const std::stop_token& stop) {
           set_thread_priority(priority);
-          run();
+          run(stop);
         }) {}
-  /// Waits for the item that is processed; those that wait are dropped.
-  ~WorkQueue() {
-    {
-      const std::lock_guard lock(mutex_);
-      ending_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
-  }
-  WorkQueue(const WorkQueue&) = delete;
-  WorkQueue& operator=(const WorkQueue&) = delete;
 
   /// Returns at once. Throws what processing an earlier item threw, then and from then on: the items behind
   /// that one, and this one, are dropped.
@@ -59,11 +50,11 @@ class WorkQueue {
   }
 
  private:
-  void run() {
+  void run(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     while (true) {
-      changed_.wait(lock, [this] { return ending_ || !items_.empty(); });
-      if (ending_) return;
+      changed_.wait(lock, stop, [this] { return !items_.empty(); });
+      if (stop.stop_requested()) return;
       const Item item = std::move(items_.front());
       items_.pop_front();
       busy_ = true;
@@ -89,11 +80,11 @@ class WorkQueue {
 
   std::function<void(const Item&)> process_;
   mutable std::mutex mutex_;  ///< protects all members below but the thread
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
   std::deque<Item> items_;
-  bool busy_ = false, ending_ = false;
+  bool busy_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;
+  std::jthread thread_;  // last: stops before the other members are destroyed
 };
 
 }  // namespace hm

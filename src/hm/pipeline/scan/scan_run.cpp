@@ -217,7 +217,6 @@ void Scan::use_all_threads() {
 }
 
 Result<void> Scan::publish_mesh() {
-  use_all_threads();
   std::vector<fs::path> files;
   auto written = write_mesh_files(pipeline_.mesh(), {folder_.staging(), options_.run.program_version, {}},
                                   options_.parameters.reconstruction, files);
@@ -236,6 +235,7 @@ Result<ScanSummary> Scan::save_unplugged() {
   for (const char* name : {"map.hmap", "trajectory.tum", "parameters.toml"})
     summary_.outputs.push_back(folder_.path() / name);
   summary_.outputs.push_back(recording_);
+  use_all_threads();
   if (const auto written = publish_mesh(); !written) return forward_error(written);
   summary_.failure = Error{
       ErrorCode::kInternal,

@@ -13,7 +13,7 @@ enum class LoopThread { kCaller, kOwn };
 /// can take longer than the time between scans. On a thread of its own, T_map_odom() depends on that thread's
 /// progress; after finish() the graph is the same, bit by bit, as a LoopCloser's. T_map_odom() and
 /// waiting_keyframes() are called from any thread, the others from one. An exception of the thread
-/// (std::bad_alloc) is thrown by the next add(), settled() or finish().
+/// (std::bad_alloc) is thrown by add(), settled() and finish() from then on.
 class LiveLoopCloser {
  public:
   LiveLoopCloser(const ScanGraph2DParams& params, LoopThread thread);

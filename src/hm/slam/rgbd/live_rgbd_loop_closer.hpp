@@ -8,7 +8,7 @@ namespace hm {
 
 /// Runs an RgbdLoopCloser on a separate thread, so that tracking never waits. The keyframes included in a
 /// snapshot depend on the machine's speed; the result after finish() equals that of RgbdLoopCloser. An
-/// exception of the thread (std::bad_alloc) is thrown by the next add() or finish().
+/// exception of the thread (std::bad_alloc) is thrown by add() and finish() from then on.
 class LiveRgbdLoopCloser {
  public:
   explicit LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {},
