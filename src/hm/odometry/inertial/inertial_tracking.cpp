@@ -14,7 +14,9 @@ constexpr double kWatch_s = 2;  // and these comparisons, at least
 // Median over the comparisons; of chi-squared with six degrees of freedom it is 5.3.
 constexpr double kConsistent = 25;
 constexpr double kNotWorse = 1.0, kNotWorse_m = 0.001;  // than constant velocity
-constexpr double kLeastInformation = 100;               // of a visual pose: 10 cm, 0.1 rad
+// The same once they are used: where the motion is steady, constant velocity may be as good.
+constexpr double kStillNotWorse = 2.0, kStillNotWorse_m = 0.005;
+constexpr double kLeastInformation = 100;  // of a visual pose: 10 cm, 0.1 rad
 
 double distance_m(const SE3& a, const SE3& b) {
   const SE3 difference = a.inverse() * b;
@@ -87,7 +89,9 @@ InertialUse InertialTracking::judged() const {
     return InertialUse::kInconsistent;
   const double ours_m = median_of(comparisons_, &Comparison::error_m);
   const double peer_m = median_of(comparisons_, &Comparison::by_velocity_m);
-  return ours_m < kNotWorse * peer_m + kNotWorse_m ? InertialUse::kUsed : InertialUse::kWorse;
+  const double allowed_m =
+      knows ? kStillNotWorse * peer_m + kStillNotWorse_m : kNotWorse * peer_m + kNotWorse_m;
+  return ours_m < allowed_m ? InertialUse::kUsed : InertialUse::kWorse;
 }
 
 std::size_t InertialTracking::memory_bytes() const {

@@ -7,6 +7,7 @@
 #include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/make_odometry.hpp"
+#include "hm/odometry/testing/carried_device.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 
 namespace hm {
@@ -137,6 +138,37 @@ TEST(InertialTracking, WrongReadingsChangeNothing) {
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
       ASSERT_TRUE(run.frames[i].T_odom_camera) << k;
       EXPECT_EQ(run.frames[i].T_odom_camera->matrix(), without.frames[i].T_odom_camera->matrix()) << k;
+    }
+  }
+}
+
+/// Once they are used, a stretch in which constant velocity is as good by chance (here: exact, while images
+/// err by 1 mm) does not end that.
+TEST(InertialTracking, AreUsedOnWhereTheMotionIsSteady) {
+  InertialTracking tracking;
+  Rng rng(3);
+  const VisualPose start{CarriedPath::pose(0), Mat6::Identity() * 1e6, Vec6::Zero()};
+  const auto readings = carried_readings(-0.2, 8.1, 200, {{}, {}, 1e-3, 1e-2, 0}, &rng);
+  std::size_t fed = 0;
+  for (int i = 0; i <= 80; ++i) {
+    const double t_s = 0.1 * i;
+    std::vector<ImuSample> until;
+    while (fed < readings.size() && readings[fed].stamp.seconds() <= t_s + 0.02)
+      until.push_back(readings[fed++]);
+    tracking.feed(until);
+    if (i == 0) {
+      tracking.begin(Time::from_seconds(0), start);
+      continue;
+    }
+    VisualPose seen = start;
+    const Vec3 error = test::drawn<3>([&] { return rng.normal(0, 0.001); });
+    seen.T_odom_camera = SE3(Mat3::Identity(), error) * CarriedPath::pose(t_s);
+    const bool is_steady = i > 40;
+    const SE3 T_by_velocity =
+        is_steady ? seen.T_odom_camera : SE3(Mat3::Identity(), Vec3(0.1, 0, 0)) * seen.T_odom_camera;
+    tracking.add(Time::from_seconds(t_s), seen, T_by_velocity);
+    if (i > 30) {
+      ASSERT_EQ(tracking.use(), InertialUse::kUsed) << i;
     }
   }
 }

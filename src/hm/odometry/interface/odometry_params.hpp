@@ -25,7 +25,7 @@ inline constexpr std::array<std::string_view, 6> kImuUseNames{"off",  "gyroscope
 /// Parameters of the section `odometry`; members that are parameter structs have their own sections.
 struct OdometryParams {
   OdometryMethod method = OdometryMethod::kTracker;
-  ImuUse use_imu = ImuUse::kOff;  ///< no measured benefit (docs/odometry_pipeline.md)
+  ImuUse use_imu = ImuUse::kAuto;
   double gravity_sigma_rad = 0.02;
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;

@@ -16,6 +16,9 @@ constexpr double kLeastTremble_m = 0.0002, kLeastTremble_rad = 0.0001;
 constexpr double kPriorSigma =
     0.01;  // m and rad: keeps the model's motion in directions the surfaces leave free
 constexpr double kMemory_frames = 20, kFirstFrames = 5;
+// Jitter j makes the difference j(k) - j(k-1); its change, j(k) - 2 j(k-1) + j(k-2), has 1 + 4 + 1 variances
+// of it, and two of the surfaces' own errors.
+constexpr double kJitterOfChange = 6;
 constexpr double kMinShareSeen = 0.2;  // of a degree of freedom; with less, the jitter is not estimated
 constexpr double kMaxStep = 0.2;       // m and rad: more is a failure
 
@@ -58,15 +61,15 @@ void MotionFilter::note_disagreement(const Vec6& disagreement, const Mat6& share
     if (seen < kMinShareSeen) return;
     mean += std::min(1.0, seen) * (squares / seen - mean) / std::max(frames_, kFirstFrames);
   };
-  blend(translation_m2_, disagreement.head<3>().squaredNorm(), share_seen.topLeftCorner<3, 3>().trace());
-  blend(rotation_rad2_, disagreement.tail<3>().squaredNorm(), share_seen.bottomRightCorner<3, 3>().trace());
+  const Vec6 squares = (disagreement - disagreement_).cwiseAbs2();
+  blend(translation_m2_, squares.head<3>().sum(), share_seen.topLeftCorner<3, 3>().trace());
+  blend(rotation_rad2_, squares.tail<3>().sum(), share_seen.bottomRightCorner<3, 3>().trace());
+  disagreement_ = disagreement;
 }
 
-/// A motion contains the jitter of two poses: each has half of the variance remaining after the surfaces' own
-/// errors.
 Mat6 MotionFilter::model_information() const {
   const auto variance = [](double squares, double sigma, double least) {
-    return std::max(least * least, 0.5 * (squares - sigma * sigma));
+    return std::max(least * least, (squares - 2 * sigma * sigma) / kJitterOfChange);
   };
   return diagonal(1 / variance(translation_m2_, kMotionSigma_m, kLeastTremble_m),
                   1 / variance(rotation_rad2_, kMotionSigma_rad, kLeastTremble_rad));
@@ -100,6 +103,7 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
 
 void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
   T_odom_last_ = T_odom_model_ = T_odom_camera;
+  disagreement_.setZero();
   covariance_ = inverse_of(model_information());
   surface_ = sample_surface(grid, noise_, kStride);
 }

@@ -12,8 +12,10 @@ namespace hm {
 /// shutter, free-running cameras) and not exactly registered to it: they jitter by millimetres. The motion
 /// between two depth surfaces does not jitter, but its small errors accumulate. This Kalman filter of the
 /// pose is predicted by the surfaces' motion and corrected by the model's pose. The jitter is estimated from
-/// the difference between both motions (innovation-based adaptation, Mehra 1972). If they agree, as with
-/// synchronous global shutters, the output equals the model's poses.
+/// the change of the difference between both motions (after the innovation-based adaptation of Mehra 1972): a
+/// difference that stays from frame to frame, as behind a person who walks ahead or with depth that bends, is
+/// the surfaces' error, and counts for little. If both motions agree, as with synchronous global shutters,
+/// the output equals the model's poses.
 class MotionFilter {
  public:
   explicit MotionFilter(const DepthNoise& noise) : noise_(noise) {}
@@ -29,7 +31,8 @@ class MotionFilter {
   /// All but the last frame's surface, which restore() gives.
   template <class Archive>
   void visit_state(Archive& archive) {
-    archive(T_odom_last_, T_odom_model_, covariance_, translation_m2_, rotation_rad2_, frames_);
+    archive(T_odom_last_, T_odom_model_, covariance_, disagreement_, translation_m2_, rotation_rad2_,
+            frames_);
   }
   void restore(const DepthGrid& grid);
   [[nodiscard]] std::size_t memory_bytes() const { return surface_.capacity() * sizeof(SurfaceElement); }
@@ -45,7 +48,8 @@ class MotionFilter {
   SE3 T_odom_last_;                                ///< of the last frame, output
   SE3 T_odom_model_;                               ///< of the last frame, in the model
   Mat6 covariance_ = Mat6::Zero();                 ///< of T_odom_last_, perturbation in the camera's frame
-  double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of the difference per axis
+  Vec6 disagreement_ = Vec6::Zero();               ///< of the last frame; 0 after a restart
+  double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of its change per axis
   double frames_ = 0;                              ///< effective number of frames in these means
 };
 

@@ -107,6 +107,18 @@ TEST(MotionFilter, DoesNotTakeAMovedModelForMotion) {
   EXPECT_LT((filter.covariance_in_odom() - before).norm(), 0.2 * before.norm());
 }
 
+/// All that the depth image shows moves with the camera, by 2 cm a frame, as a person who walks ahead.
+TEST(MotionFilter, DoesNotWalkAwayWithWhatWalksAhead) {
+  MotionFilter filter({});
+  const auto at = [](int i) { return SE3(Mat3::Identity(), Vec3(0, 0, 0.02 * i)); };
+  filter.restart(way()[0], at(0));
+  for (int i = 0; i < 20; ++i) filter.update(way()[0], at(0));
+  for (int i = 1; i < 40; ++i) {
+    const double off_m = (filter.update(way()[0], at(i)).translation() - at(i).translation()).norm();
+    EXPECT_LT(off_m, i < 30 ? 0.02 : 0.006) << i;
+  }
+}
+
 TEST(MotionFilter, WithoutDepthGivesTheModelsPoses) {
   MotionFilter filter({});
   DepthGrid blind = way()[0];
