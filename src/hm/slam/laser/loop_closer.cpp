@@ -3,8 +3,9 @@
 namespace hm {
 namespace {
 
-/// Loops with a larger correction cause an optimisation of the whole graph.
-constexpr double kLargeCorrection_m = 0.3;
+/// After a loop with a larger correction the whole graph is optimised at once: the next search is around the
+/// graph's estimate, in a window as narrow as this loop has made its uncertainty.
+constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.08;
 
 }  // namespace
 
@@ -16,14 +17,14 @@ std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const Odome
 ScanGraphStep LoopCloser::add(const GraphKeyframe2D& keyframe) {
   const ScanGraphStep result = graph_.add_keyframe(keyframe);
   new_loops_ += result.loops_accepted;
-  large_correction_ |= result.largest_correction_m > kLargeCorrection_m;
-  if (new_loops_ >= loops_per_solution_) solve(large_correction_);
+  const bool is_large =
+      result.largest_correction_m > kLargeCorrection_m || result.largest_turn_rad > kLargeTurn_rad;
+  if (is_large || new_loops_ >= loops_per_solution_) solve(is_large);
   return result;
 }
 
 PoseGraphSolution LoopCloser::solve(bool whole) {
   new_loops_ = 0;
-  large_correction_ = false;
   ++solutions_;
   return graph_.optimise(window_.next(graph_.size(), whole));
 }

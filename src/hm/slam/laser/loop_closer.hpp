@@ -13,7 +13,7 @@ namespace hm {
 class LoopCloser {
  public:
   /// Optimises the graph after every `loops_per_solution` new loops (a large graph mostly in part, see
-  /// SolutionWindow), and in finish().
+  /// SolutionWindow), as a whole after one that moves it far, and in finish().
   explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
       : keyframes_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
@@ -35,7 +35,6 @@ class LoopCloser {
   ScanGraph2D graph_;
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
-  bool large_correction_ = false;
   SolutionWindow window_;
 };
 

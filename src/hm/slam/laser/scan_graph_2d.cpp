@@ -320,8 +320,8 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     ++step.loops_accepted;
     unsolved_ = true;
   };
-  const double correction_m =
-      pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
+  const Vec3 correction = pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]);
+  const double correction_m = correction.head<2>().norm();
   const auto agrees = [&](const PoseEdge2D& other) { return loops_agree(edge, other, graph_.T_map_node); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
@@ -339,6 +339,7 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   }
   add(edge);
   step.largest_correction_m = std::max(step.largest_correction_m, correction_m);
+  step.largest_turn_rad = std::max(step.largest_turn_rad, std::abs(correction[2]));
   if (waiting == waiting_.end()) return LoopOutcome::kAccepted;
   add(*waiting);
   waiting_.erase(waiting);

@@ -38,6 +38,7 @@ struct ScanGraphStep {
   std::vector<LoopAttempt> attempts;
   int loops_accepted = 0;
   double largest_correction_m = 0;  ///< of the accepted loops, relative to the pose in the graph
+  double largest_turn_rad = 0;      ///< the same of the heading
 };
 
 /// Numbers of loop searches by outcome; `candidates` is the sum of the six after it.

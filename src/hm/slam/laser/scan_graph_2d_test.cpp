@@ -10,6 +10,7 @@
 
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/laser/testing/planar_world.hpp"
+#include "hm/slam/laser/loop_closer.hpp"
 
 namespace hm {
 namespace {
@@ -136,6 +137,19 @@ TEST(ScanGraph2D, ALoopThatEndsAContradictionNeedsNoOther) {
   const PoseEdge2D& loop = graph.graph().edges.back();
   const SE2 wrong = (run.truth[loop.from].inverse() * run.truth[loop.to]).inverse() * loop.T_from_to;
   EXPECT_LT(wrong.translation().norm(), 0.05);
+}
+
+/// The next search must not be around poses that the loop has not corrected yet, in a window as narrow as the
+/// loop makes it.
+TEST(LoopCloser, ALargeCorrectionIsMadeBeforeTheNextSearch) {
+  const Drive run = drive(office_world(), two_rounds(), kLaser, 0, {0, 0.01});
+  LoopCloser closer({}, 1000);
+  std::size_t node = 0;
+  while (closer.add(run.keyframes[node]).loops_accepted == 0) ASSERT_LT(++node, run.keyframes.size());
+  EXPECT_EQ(closer.solutions(), 1);
+  const PoseGraph2D& graph = closer.graph().graph();
+  const PoseEdge2D& loop = graph.edges.back();
+  EXPECT_LT(pose_edge_error(loop, graph.T_map_node[loop.from], graph.T_map_node[loop.to]).norm(), 0.05);
 }
 
 /// Wheels say how far an edge of odometry may be off along a corridor.
