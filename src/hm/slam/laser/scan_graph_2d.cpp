@@ -35,7 +35,7 @@ constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
 /// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree
-/// needs no other one, if none that disagrees waits.
+/// needs no other one, if none that disagrees waits; nor does it need to hold the direction along a corridor.
 constexpr double kContradictedAsItIs = 0.5;
 /// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
 /// window so much wider.
@@ -262,7 +262,7 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   search.params.other_window_ratio = 3;
   CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
   const auto wider = widened(search.window, kWider, params_);
-  if (match.status == CorrelativeStatus::kNothing && !unsolved_ && wider &&
+  if (match.status == CorrelativeStatus::kNothing && step.loops_accepted == 0 && wider &&
       contradicted_on_way({keyframes_, graph_.T_map_node}, submap.anchor()) > kContradictedForWider) {
     attempt.window = search.window = *wider;
     match = search_correlative(search.map, search.points_m, search.window, search.params);
@@ -318,21 +318,20 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     graph_.edges.push_back(loop);
     if (determines_place(loop)) paths_.add_edge(loop);
     ++step.loops_accepted;
-    unsolved_ = true;
   };
   const Vec3 correction = pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]);
   const double correction_m = correction.head<2>().norm();
   const auto agrees = [&](const PoseEdge2D& other) { return loops_agree(edge, other, graph_.T_map_node); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
-    if (!determines_place(edge)) return LoopOutcome::kAmbiguous;
     const MappedKeyframes path{keyframes_, graph_.T_map_node};
-    if (!trail_agrees(path, edge.from, edge.T_from_to)) return LoopOutcome::kNotVerified;
-    // A graph that is not solved yet contradicts itself also where the loops that it has got will mend that.
-    const auto ends_contradiction = [&] {
-      return !unsolved_ && waiting_.empty() && contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
-    };
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction()) {
+    if (!trail_agrees(path, edge.from, edge.T_from_to))
+      return determines_place(edge) ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
+    // With another loop of this keyframe it is the graph before that loop that is contradicted.
+    const bool ends_contradiction = step.loops_accepted == 0 && waiting_.empty() &&
+                                    contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
+    if (!determines_place(edge) && !ends_contradiction) return LoopOutcome::kAmbiguous;
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }
@@ -412,7 +411,6 @@ void ScanGraph2D::count(LoopOutcome outcome) {
 }
 
 PoseGraphSolution ScanGraph2D::optimise(std::size_t first) {
-  unsolved_ = false;
   GraphPart<PoseGraph2D> part = part_since(graph_, first);
   PoseGraphSolution solution = solve_pose_graph(part.graph, params_.solver, part.held);
   for (int round = 0; round < kMaxTakeOutRounds && take_out_contradictions(part); ++round)

@@ -119,7 +119,6 @@ class ScanGraph2D {
   PoseGraph2D graph_;
   PathUncertainty2D paths_;
   std::vector<PoseEdge2D> waiting_;  // loops of the newest keyframes with which no other agrees yet
-  bool unsolved_ = false;            // a loop was added since the graph was optimised
   SubmapRasters rasters_;
   PlIcp matcher_;
   ScanGraphStatistics statistics_;
