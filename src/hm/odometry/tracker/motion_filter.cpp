@@ -56,14 +56,18 @@ MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
 }
 
 void MotionFilter::note_disagreement(const Vec6& disagreement, const Mat6& share_seen) {
-  frames_ = std::min(frames_ + 1, kMemory_frames);
   const auto blend = [this](double& mean, double squares, double seen) {
     if (seen < kMinShareSeen) return;
     mean += std::min(1.0, seen) * (squares / seen - mean) / std::max(frames_, kFirstFrames);
   };
-  const Vec6 squares = (disagreement - disagreement_).cwiseAbs2();
-  blend(translation_m2_, squares.head<3>().sum(), share_seen.topLeftCorner<3, 3>().trace());
-  blend(rotation_rad2_, squares.tail<3>().sum(), share_seen.bottomRightCorner<3, 3>().trace());
+  if (disagreement_ || frames_ == 0) {
+    // A first difference has two variances.
+    const Vec6 squares = disagreement_ ? Vec6((disagreement - *disagreement_).cwiseAbs2())
+                                       : Vec6(0.5 * kJitterOfChange * disagreement.cwiseAbs2());
+    frames_ = std::min(frames_ + 1, kMemory_frames);
+    blend(translation_m2_, squares.head<3>().sum(), share_seen.topLeftCorner<3, 3>().trace());
+    blend(rotation_rad2_, squares.tail<3>().sum(), share_seen.bottomRightCorner<3, 3>().trace());
+  }
   disagreement_ = disagreement;
 }
 
@@ -103,7 +107,7 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
 
 void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
   T_odom_last_ = T_odom_model_ = T_odom_camera;
-  disagreement_.setZero();
+  disagreement_.reset();
   covariance_ = inverse_of(model_information());
   surface_ = sample_surface(grid, noise_, kStride);
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "hm/odometry/registration/surface_alignment.hpp"
@@ -44,11 +45,11 @@ class MotionFilter {
   [[nodiscard]] Mat6 model_information() const;
 
   DepthNoise noise_;
-  std::vector<SurfaceElement> surface_;            ///< of the last frame
-  SE3 T_odom_last_;                                ///< of the last frame, output
-  SE3 T_odom_model_;                               ///< of the last frame, in the model
-  Mat6 covariance_ = Mat6::Zero();                 ///< of T_odom_last_, perturbation in the camera's frame
-  Vec6 disagreement_ = Vec6::Zero();               ///< of the last frame; 0 after a restart
+  std::vector<SurfaceElement> surface_;  ///< of the last frame
+  SE3 T_odom_last_;                      ///< of the last frame, output
+  SE3 T_odom_model_;                     ///< of the last frame, in the model
+  Mat6 covariance_ = Mat6::Zero();       ///< of T_odom_last_, perturbation in the camera's frame
+  std::optional<Vec6> disagreement_;  ///< of the last frame (m; rad; its camera's frame), if surfaces hold it
   double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of its change per axis
   double frames_ = 0;                              ///< effective number of frames in these means
 };

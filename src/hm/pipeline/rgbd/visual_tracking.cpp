@@ -153,6 +153,10 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
         fmt::format("{} of {} were tracked by depth alone, since their colour is missing, or shows nothing "
                     "or nothing that is known",
                     with_thousands(track.frames_by_depth), counted(track.frames_read, "frame")));
+  if (track.bridged > 0)
+    warnings.push_back(fmt::format(
+        "{} of {} have a pose by inertial readings and surfaces, since the picture showed too little",
+        with_thousands(track.bridged), counted(track.frames_read, "frame")));
   if (track.frames_lost > 0)
     warnings.push_back(fmt::format("{} of {} have no pose; tracking was lost {}, first at frame {}: {}",
                                    with_thousands(track.frames_lost), counted(track.frames_read, "frame"),

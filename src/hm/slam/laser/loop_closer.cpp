@@ -5,7 +5,7 @@ namespace {
 
 /// After a loop with a larger correction the whole graph is optimised at once: the next search is around the
 /// graph's estimate, in a window as narrow as this loop has made its uncertainty.
-constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.08;
+constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
 
 }  // namespace
 

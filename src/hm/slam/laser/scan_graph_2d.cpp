@@ -35,8 +35,9 @@ constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
 /// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree
-/// needs no other one, if none that disagrees waits; nor does it need to hold the direction along a corridor.
-constexpr double kContradictedAsItIs = 0.5;
+/// needs no other one, if none that disagrees waits. Nor does it need to hold the direction along a corridor,
+/// if it moves across it by less than half a corridor's width: by more it might be the one beside it.
+constexpr double kContradictedAsItIs = 0.5, kMostAcross_m = 1.2;
 /// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
 /// window so much wider.
 constexpr double kContradictedForWider = 0.25, kWider = 2;
@@ -318,9 +319,12 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     graph_.edges.push_back(loop);
     if (determines_place(loop)) paths_.add_edge(loop);
     ++step.loops_accepted;
+    const Vec3 correction = pose_edge_error(loop, graph_.T_map_node[loop.from], graph_.T_map_node[loop.to]);
+    step.largest_correction_m = std::max(step.largest_correction_m, correction.head<2>().norm());
+    step.largest_turn_rad = std::max(step.largest_turn_rad, std::abs(correction[2]));
   };
-  const Vec3 correction = pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]);
-  const double correction_m = correction.head<2>().norm();
+  const double correction_m =
+      pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
   const auto agrees = [&](const PoseEdge2D& other) { return loops_agree(edge, other, graph_.T_map_node); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
@@ -328,17 +332,18 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
     if (!trail_agrees(path, edge.from, edge.T_from_to))
       return determines_place(edge) ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
     // With another loop of this keyframe it is the graph before that loop that is contradicted.
-    const bool ends_contradiction = step.loops_accepted == 0 && waiting_.empty() &&
-                                    contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
-    if (!determines_place(edge) && !ends_contradiction) return LoopOutcome::kAmbiguous;
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction) {
+    const auto ends_contradiction = [&] {
+      return step.loops_accepted == 0 && waiting_.empty() &&
+             contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
+    };
+    if (!determines_place(edge) && !(correction_m < kMostAcross_m && ends_contradiction()))
+      return LoopOutcome::kAmbiguous;
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction()) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }
   }
   add(edge);
-  step.largest_correction_m = std::max(step.largest_correction_m, correction_m);
-  step.largest_turn_rad = std::max(step.largest_turn_rad, std::abs(correction[2]));
   if (waiting == waiting_.end()) return LoopOutcome::kAccepted;
   add(*waiting);
   waiting_.erase(waiting);

@@ -17,8 +17,9 @@ namespace hm {
 
 enum class LoopOutcome {
   kAccepted,
-  kNoMatch,       ///< no pose in the window fits the scan
-  kAmbiguous,     ///< several poses fit nearly as well, or it corrects much and leaves a direction free
+  kNoMatch,    ///< no pose in the window fits the scan
+  kAmbiguous,  ///< several poses fit nearly as well, or it corrects much, leaves a direction free and ends no
+               ///< contradiction
   kLimitReached,  ///< the search exceeded its limit
   kNotVerified,   ///< PL-ICP does not confirm the match
   kAlone,         ///< it corrects much, and no other loop agrees (until one does)

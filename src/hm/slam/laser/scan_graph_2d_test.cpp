@@ -283,6 +283,13 @@ TEST(ScanGraph2D, WallsOfACorridorEndWhatContradictsThem) {
   EXPECT_NEAR(run.last().y(), run.true_last().y(), 0.05);
 }
 
+/// By more than half a corridor's width it might be the corridor beside this one.
+TEST(ScanGraph2D, WallsOfACorridorDoNotPullFarAcross) {
+  const CorridorTwice run([](double) { return Vec2(0, -1.6); }, 0.8);
+  EXPECT_GT(run.graph.statistics().candidates, 20U);
+  EXPECT_EQ(run.graph.statistics().accepted, 0U);
+}
+
 TEST(ScanGraph2D, CorrectsPosesBetweenKeyframes) {
   const Drive run = drive(office_world(), two_rounds(), kLaser);
   ScanGraph2D graph;

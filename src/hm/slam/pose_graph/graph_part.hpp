@@ -59,7 +59,7 @@ void put_back(const GraphPart<Graph>& part, Graph& graph) {
 }
 
 /// Selects the part of a growing graph to optimise: the newest kNewest nodes, and the whole graph whenever it
-/// has grown by a tenth since its last full optimisation, so that the total cost per keyframe is bounded.
+/// has grown by a tenth since its last full optimisation, so that their total cost per keyframe is bounded.
 /// Graphs of up to kNewest nodes are always optimised as a whole.
 class SolutionWindow {
  public:
