@@ -49,7 +49,8 @@ class MotionFilter {
   SE3 T_odom_last_;                      ///< of the last frame, output
   SE3 T_odom_model_;                     ///< of the last frame, in the model
   Mat6 covariance_ = Mat6::Zero();       ///< of T_odom_last_, perturbation in the camera's frame
-  std::optional<Vec6> disagreement_;  ///< of the last frame (m; rad; its camera's frame), if surfaces hold it
+  std::optional<Vec6>
+      disagreement_;  ///< of the last frame (m; rad; its camera's frame); empty after a restart
   double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of its change per axis
   double frames_ = 0;                              ///< effective number of frames in these means
 };

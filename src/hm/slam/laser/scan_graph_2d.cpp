@@ -315,30 +315,34 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   const PoseEdge2D edge{match.from, keyframes_.size() - 1, match.T_from_base,
                         edge_information(match.T_from_base, honest_covariance(match.covariance, params_)),
                         PoseEdgeKind::kLoop};
+  const auto correction_of = [&](const PoseEdge2D& loop) {
+    return pose_edge_error(loop, graph_.T_map_node[loop.from], graph_.T_map_node[loop.to]);
+  };
   const auto add = [&](const PoseEdge2D& loop) {
+    const Vec3 correction = correction_of(loop);
     graph_.edges.push_back(loop);
     if (determines_place(loop)) paths_.add_edge(loop);
     ++step.loops_accepted;
-    const Vec3 correction = pose_edge_error(loop, graph_.T_map_node[loop.from], graph_.T_map_node[loop.to]);
     step.largest_correction_m = std::max(step.largest_correction_m, correction.head<2>().norm());
     step.largest_turn_rad = std::max(step.largest_turn_rad, std::abs(correction[2]));
   };
-  const double correction_m =
-      pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
+  const double correction_m = correction_of(edge).head<2>().norm();
   const auto agrees = [&](const PoseEdge2D& other) { return loops_agree(edge, other, graph_.T_map_node); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
+    const bool is_held = determines_place(edge);
+    if (!is_held && correction_m >= kMostAcross_m) return LoopOutcome::kAmbiguous;
     const MappedKeyframes path{keyframes_, graph_.T_map_node};
     if (!trail_agrees(path, edge.from, edge.T_from_to))
-      return determines_place(edge) ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
+      return is_held ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
+    const bool is_agreed = waiting != waiting_.end() || std::ranges::any_of(graph_.edges, agrees);
     // With another loop of this keyframe it is the graph before that loop that is contradicted.
     const auto ends_contradiction = [&] {
       return step.loops_accepted == 0 && waiting_.empty() &&
              contradicted_on_way(path, edge.from) >= kContradictedAsItIs;
     };
-    if (!determines_place(edge) && !(correction_m < kMostAcross_m && ends_contradiction()))
-      return LoopOutcome::kAmbiguous;
-    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees) && !ends_contradiction()) {
+    if (!is_agreed && !ends_contradiction()) {
+      if (!is_held) return LoopOutcome::kAmbiguous;
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
     }

@@ -56,7 +56,8 @@ struct ScanGraphStatistics {
 /// are never changed.
 ///
 /// add_keyframe() costs at most three bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
-/// all keyframe positions; optimise(), a sparse optimisation, is called by the user at any time.
+/// all keyframe positions; optimise(), a sparse optimisation, is called by the user: after a step that
+/// corrects much before the next keyframe, whose search is around the graph's poses (LoopCloser does so).
 /// Deterministic; not thread safe.
 class ScanGraph2D {
  public:
