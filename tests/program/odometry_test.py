@@ -152,6 +152,16 @@ class Odometry(support.SharedFolderTest):
             (folder / "rgb.txt").write_text("\n".join(kept) + "\n")
         return folder
 
+    def test_readings_of_an_imu_are_used_where_there_are_any(self):
+        phone = self.simulate("phone", 40, "house", "--sensor", "tango_phone")  # 8 s; readings prove right for two
+        coarse = ("--voxel", "0.06", "--set", "reconstruction.pictures=false", "--set", "slam.matrices=false")
+        for verb, more in (("odometry", ()), ("slam", coarse)):
+            run = self.run_json(verb, phone, "-o", verb, *more)
+            self.assertEqual(run["frames"]["tracked"], 40)
+            self.assertGreaterEqual(run["imu"]["inertial_used"], 20)
+        without = self.run_json("odometry", phone, "-o", "without", "--set", "odometry.use_imu=off")
+        self.assertEqual(without.get("imu", {}).get("inertial_used", 0), 0)
+
     def test_colour_that_is_missing_is_no_loss(self):
         gap = self.without_color("gap", lambda index: not 20 <= index < 45)
         for verb in ("odometry", "slam"):
