@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace hm {
 namespace {
@@ -36,13 +37,18 @@ class TapOffsets {
 };
 
 double free_share(const Vec3& p, const Vec3& normal, const Vec3& other) {
+  constexpr double kLeastCosine = 0.12;
   const Vec3 offset = other - p;
-  const double distance = offset.norm();
-  if (distance < 1e-6 || distance > kReach_m) return 1;
-  const double cosine = std::max(0.0, normal.dot(offset) / distance - 0.12);
-  const double fade = 1 - distance / kReach_m;
-  return 1 - 1.6 * cosine * fade;
+  const double squared = offset.squaredNorm(), above = normal.dot(offset);
+  // Most taps end here, before root and divisions: they are not above the surface, or far away.
+  if (above <= 0 || above * above <= kLeastCosine * kLeastCosine * squared || squared > kReach_m * kReach_m)
+    return 1;
+  const double distance = std::sqrt(squared);
+  return 1 - 1.6 * (above / distance - kLeastCosine) * (1 - distance / kReach_m);
 }
+
+/// As std::lround, which is a call of the library.
+int rounded(double value) { return static_cast<int>(value < 0 ? value - 0.5 : value + 0.5); }
 
 /// Outline factor, below 1 at depth discontinuities: the second difference of nearness, 0 on any plane, is
 /// large on the nearer side. Separates surfaces of equal brightness.
@@ -64,23 +70,29 @@ struct Pixel {
   int x = 0, y = 0;
 };
 
-/// Share of the hemisphere not occluded near this pixel, 0 to 1.
-double open_share(const TriangleMesh& mesh, const VisibilityBuffer& buffer, const ViewProjection& projection,
+/// The first sample of each pixel: a quarter of what the taps, which are spread over the image, read from
+/// memory.
+Image<float> nearness_of_pixels(const VisibilityBuffer& buffer) {
+  Image<float> nearness(buffer.nearness.width() / 2, buffer.nearness.height() / 2);
+  for (int y = 0; y < nearness.height(); ++y)
+    for (int x = 0; x < nearness.width(); ++x) nearness(x, y) = buffer.nearness(2 * x, 2 * y);
+  return nearness;
+}
+
+/// Share of the hemisphere above a surface that is not occluded near this pixel, 0 to 1.
+double open_share(const SurfaceSample& here, const Image<float>& nearness, const ViewProjection& projection,
                   const TapOffsets& taps, const Pixel& pixel) {
-  const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * pixel.x, 2 * pixel.y));
-  const auto own_nearness = static_cast<double>(buffer.nearness(2 * pixel.x, 2 * pixel.y));
-  const double reach_samples = std::min(400.0, kReach_m * projection.samples_per_m(own_nearness));
+  const auto own_nearness = static_cast<double>(nearness(pixel.x, pixel.y));
+  const double reach_px = 0.5 * std::min(400.0, kReach_m * projection.samples_per_m(own_nearness));
   double light = 0;
   for (const Vec2& tap : taps.at(pixel.x, pixel.y)) {
-    const Vec2 offset = reach_samples * tap;
-    const int tx = 2 * pixel.x + static_cast<int>(std::lround(offset.x()));
-    const int ty = 2 * pixel.y + static_cast<int>(std::lround(offset.y()));
-    if (!buffer.triangle.contains(tx, ty) || !buffer.hit(tx, ty)) {
+    const int x = pixel.x + rounded(reach_px * tap.x()), y = pixel.y + rounded(reach_px * tap.y());
+    if (!nearness.contains(x, y) || nearness(x, y) == std::numeric_limits<float>::lowest()) {
       light += 1;
       continue;
     }
-    const auto nearness = static_cast<double>(buffer.nearness(tx, ty));
-    light += free_share(here.p_world, here.normal, projection.unproject(tx, ty, nearness));
+    const auto there = static_cast<double>(nearness(x, y));
+    light += free_share(here.p_world, here.normal, projection.unproject(2 * x, 2 * y, there));
   }
   return std::max(0.0, light / kTaps);
 }
@@ -139,8 +151,10 @@ Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buf
     });
   };
   const TapOffsets taps;
+  const Image<float> nearness = nearness_of_pixels(buffer);
   for_seen_pixels([&](const Pixel& p) {
-    raw(p.x, p.y) = static_cast<float>(open_share(mesh, buffer, projection, taps, p));
+    const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * p.x, 2 * p.y));
+    raw(p.x, p.y) = static_cast<float>(open_share(here, nearness, projection, taps, p));
   });
   for_seen_pixels(
       [&](const Pixel& p) { smooth(p.x, p.y) = tile_mean(raw, buffer, p) * outline(buffer, p.x, p.y); });
