@@ -114,6 +114,22 @@ Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
   return file;
 }
 
+Result<PinholeCamera> camera_of_matrix(std::span<const double> matrix, const std::filesystem::path& where) {
+  if (matrix.size() != 9 && matrix.size() != 16)
+    return fail(ErrorCode::kCorrupted, where, "expected a 3x3 or 4x4 matrix, found {} numbers",
+                matrix.size());
+  const auto side = static_cast<Eigen::Index>(matrix.size() == 9 ? 3 : 4);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> K(
+      matrix.data(), side, side);
+  PinholeCamera camera;
+  camera.fx = K(0, 0), camera.fy = K(1, 1), camera.cx = K(0, 2), camera.cy = K(1, 2);
+  Eigen::MatrixXd shape = Eigen::MatrixXd::Identity(side, side);
+  shape.topLeftCorner<2, 3>() << camera.fx, K(0, 1), camera.cx, 0, camera.fy, camera.cy;
+  if (K != shape) return fail(ErrorCode::kCorrupted, where, "a camera matrix is fx 0 cx, 0 fy cy, 0 0 1");
+  if (auto checked = check_intrinsics(camera, where); !checked) return forward_error(checked);
+  return camera;
+}
+
 Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path) {
   const auto text = TextFile::read(path);
   if (!text) return forward_error(text);
@@ -126,14 +142,7 @@ Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path) 
       k.push_back(*value);
     }
   }
-  if (k.size() != 9)
-    return fail(ErrorCode::kCorrupted, path, "expected a 3x3 matrix, found {} numbers", k.size());
-  if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
-    return fail(ErrorCode::kCorrupted, path, "a camera matrix is fx 0 cx, 0 fy cy, 0 0 1");
-  PinholeCamera camera;
-  camera.fx = k[0], camera.fy = k[4], camera.cx = k[2], camera.cy = k[5];
-  if (auto checked = check_intrinsics(camera, path); !checked) return forward_error(checked);
-  return camera;
+  return camera_of_matrix(k, path);
 }
 
 std::string camera_file_text(const PinholeCamera& c, double depth_units_per_m) {

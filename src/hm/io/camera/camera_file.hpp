@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,11 @@ struct CameraFile {
 /// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
-/// Reads a 3x3 intrinsics matrix as text: the camera-intrinsics.txt of tsdf-fusion. Width and height are 0.
+/// Camera of an intrinsics matrix, row by row, 3x3 or 4x4 (fx 0 cx 0, 0 fy cy 0, 0 0 1 0, 0 0 0 1). Width and
+/// height are 0. Error, naming `where`: another size, another shape, values that no camera has.
+Result<PinholeCamera> camera_of_matrix(std::span<const double> matrix, const std::filesystem::path& where);
+
+/// Reads such a matrix as text: the camera-intrinsics.txt of tsdf-fusion, the intrinsic_depth.txt of ScanNet.
 Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path);
 
 /// Text of a camera.txt, read back exactly by read_camera_file().

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 
 #include "hm/io/bytes/file_name.hpp"
@@ -32,12 +33,24 @@ bool is_numeric_name(std::string_view stem) {
   return is_digits(stem.substr(0, point)) && is_digits(stem.substr(point + 1));
 }
 
+/// The number in a file's name: `depth_000123` and `frame000123` without the word before it, and
+/// `0000001-000000033333` (frame and time of the device) without what follows the frame.
+std::string_view number_in(std::string_view stem) {
+  while (!stem.empty() && (std::isalpha(static_cast<unsigned char>(stem.front())) != 0 ||
+                           stem.front() == '_' || stem.front() == '-'))
+    stem.remove_prefix(1);
+  const std::size_t dash = stem.find('-');
+  const bool is_pair =
+      dash != std::string_view::npos && is_digits(stem.substr(0, dash)) && is_digits(stem.substr(dash + 1));
+  return is_pair ? stem.substr(0, dash) : stem;
+}
+
 /// Unit of the numbers in the names of a folder's images.
 enum class NameUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds, kFrames };
 
 NameUnit unit_of(std::string_view stem) {
-  if (stem.find('.') != std::string_view::npos) return NameUnit::kSeconds;
-  switch (stem.size()) {  // digits of the current Unix time
+  const std::size_t point = stem.find('.');
+  switch (std::min(point, stem.size())) {  // digits of the current Unix time
     case 19:
       return NameUnit::kNanoseconds;
     case 16:
@@ -47,7 +60,7 @@ NameUnit unit_of(std::string_view stem) {
     case 10:
       return NameUnit::kSeconds;
     default:
-      return NameUnit::kFrames;
+      return point == std::string_view::npos ? NameUnit::kFrames : NameUnit::kSeconds;
   }
 }
 
@@ -60,9 +73,11 @@ std::string_view to_words(NameUnit unit) {
 std::optional<Time> time_of(std::string_view stem, NameUnit unit, double rate_hz) {
   if (unit == NameUnit::kFrames) return StampRule{rate_hz}.parse(stem);
   if (unit == NameUnit::kSeconds) return parse_stamp(stem);
+  const std::string_view whole = stem.substr(0, stem.find('.'));  // a fraction of them is left out
   std::int64_t number = 0;
-  const char* end = stem.data() + stem.size();
-  if (const auto [rest, code] = std::from_chars(stem.data(), end, number); code != std::errc{} || rest != end)
+  const char* end = whole.data() + whole.size();
+  if (const auto [rest, code] = std::from_chars(whole.data(), end, number);
+      code != std::errc{} || rest != end)
     return std::nullopt;
   const std::int64_t scale = unit == NameUnit::kMilliseconds   ? 1'000'000
                              : unit == NameUnit::kMicroseconds ? 1'000
@@ -87,7 +102,8 @@ ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
   SkippedLines malformed{SkippedLines::Reason::kMalformed, name, 0, 0, "image"};
   SkippedLines repeated{SkippedLines::Reason::kStampNotIncreasing, name, 0, 0, "image"};
   for (const fs::path& path : images_in(stream)) {
-    const std::string stem = path.stem().string();
+    const std::string whole = path.stem().string();
+    const std::string_view stem = number_in(whole);
     const auto stamp = is_numeric_name(stem) ? time_of(stem, unit, rate_hz) : std::nullopt;
     if (stamp)
       list.images.push_back({*stamp, (stream.filename() / path.filename()).string()});
@@ -110,9 +126,11 @@ ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
 /// Most frequent unit of the names, since numbers in one folder may differ in length.
 std::optional<NameUnit> unit_of_names(const fs::path& stream) {
   std::array<std::size_t, 5> votes{};
-  for (const fs::path& path : images_in(stream))
-    if (const std::string stem = path.stem().string(); is_numeric_name(stem))
-      ++votes[static_cast<std::size_t>(unit_of(stem))];
+  for (const fs::path& path : images_in(stream)) {
+    const std::string stem = path.stem().string();
+    if (const std::string_view number = number_in(stem); is_numeric_name(number))
+      ++votes[static_cast<std::size_t>(unit_of(number))];
+  }
   const auto most = std::ranges::max_element(votes);
   if (*most == 0) return std::nullopt;
   return static_cast<NameUnit>(most - votes.begin());

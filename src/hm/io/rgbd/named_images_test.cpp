@@ -36,10 +36,26 @@ TEST(NamedImages, NumbersAreFramesAtTheRate) {
   EXPECT_TRUE(named->lists.depth.skipped.empty());
 }
 
+TEST(NamedImages, WordsBeforeTheNumberAndTimesOfTheDeviceBehindItAreNotRead) {
+  for (const auto& [a, b] :
+       std::vector<std::pair<std::string, std::string>>{{"depth_000002", "depth_000010"},
+                                                        {"frame2", "frame10"},
+                                                        {"0000002-000000066733", "0000010-000000333667"}}) {
+    const TemporaryFolder folder;
+    touch(folder.path() / "depth", {b + ".png", a + ".png"});
+    ASSERT_TRUE(has_named_images(folder.path())) << a;
+    const auto named = list_named_images(folder.path(), 20);
+    ASSERT_TRUE(named) << a;
+    EXPECT_EQ(seconds_of(named->lists.depth), (std::vector<double>{0.1, 0.5})) << a;
+  }
+}
+
 TEST(NamedImages, StampsInSecondsAndInPartsOfThem) {
   for (const auto& [a, b] :
        std::vector<std::pair<std::string, std::string>>{{"1305031102.100000", "1305031102.350000"},
                                                         {"1305031102100", "1305031102350"},
+                                                        {"1305031102100.250000", "1305031102350.750000"},
+                                                        {"depth_1305031102100", "depth_1305031102350"},
                                                         {"1305031102100000", "1305031102350000"},
                                                         {"1305031102100000000", "1305031102350000000"}}) {
     const TemporaryFolder folder;

@@ -158,6 +158,11 @@ void detail::add_note(RecordingInfo& info, std::string_view note) {
   info.notes += note;
 }
 
+void detail::add_assumption(RecordingInfo& info, const std::string& assumption) {
+  info.assumptions.push_back(assumption);
+  add_note(info, assumption);
+}
+
 void detail::add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped) {
   for (const SkippedLines& lines : skipped) {
     info.skipped.push_back(lines);

@@ -1,5 +1,6 @@
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/camera/camera_file.hpp"
+#include "hm/io/camera/foreign_camera.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
@@ -24,9 +25,19 @@ Result<void> checked_option(const PinholeCamera& camera) {
   return checked;
 }
 
+/// Camera that another program left in the folder; unless one is needed, a file that cannot be used is
+/// ignored.
+Result<std::optional<ForeignCamera>> foreign_camera(RecordingInfo& info, bool is_needed) {
+  auto found = find_foreign_camera(info.path);
+  if (found || is_needed) return found;
+  add_note(info, to_string(found.error()) + " (ignored, the camera is known otherwise)");
+  return std::nullopt;
+}
+
 /// Sets the camera of `info`: given, from a file, or known.
 Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known,
-                               const std::optional<CameraFile>& file) {
+                               const std::optional<CameraFile>& file,
+                               const std::optional<ForeignCamera>& foreign) {
   if (options.camera) {
     if (auto checked = checked_option(*options.camera); !checked) return checked;
     info.camera = *options.camera;
@@ -39,16 +50,20 @@ Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& opti
     if (!camera) return forward_error(camera);
     info.camera = *camera;
     info.camera_source = "camera-intrinsics.txt";
+  } else if (foreign) {
+    info.camera = foreign->camera;
+    info.camera_source = foreign->path.filename().string();
   } else if (known.camera) {
     info.camera = *known.camera;
     info.camera_source = known.source;
     if (!known.note.empty()) add_note(info, known.note);
+    if (!known.assumption.empty()) add_assumption(info, known.assumption);
   } else {
     return fail(
         ErrorCode::kNotFound, info.path,
-        "the camera's intrinsics are not known: no camera.txt, no camera-intrinsics.txt, and the name tells "
-        "none of the known cameras; write a camera.txt (fx, fy, cx, cy, one `key value` a line) or give "
-        "them");
+        "the camera's intrinsics are not known: no camera.txt, no camera-intrinsics.txt, no file of Open3D, "
+        "ScanNet or Replica, and the name tells none of the known cameras; give them with --intrinsics FX FY "
+        "CX CY, or write a camera.txt (fx, fy, cx, cy, one `key value` a line)");
   }
   return {};
 }
@@ -69,10 +84,21 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
       add_note(info, to_string(read.error()) + " (ignored, the camera is given)");
     }
   }
-  if (auto chosen = choose_intrinsics(info, options, known, file); !chosen) return forward_error(chosen);
+  const auto foreign = foreign_camera(info, !options.camera && !file);
+  if (!foreign) return forward_error(foreign);
+  if (auto chosen = choose_intrinsics(info, options, known, file, *foreign); !chosen)
+    return forward_error(chosen);
   double units_per_m = known.depth_units_per_m;
-  if (file && file->depth_units_per_m) units_per_m = *file->depth_units_per_m;
-  if (options.depth_units_per_m) units_per_m = *options.depth_units_per_m;
+  bool is_assumed = info.camera_source != known.source;  // of a known camera the units are known
+  for (const auto& stated : {*foreign ? (*foreign)->depth_units_per_m : std::nullopt,
+                             file ? file->depth_units_per_m : std::nullopt, options.depth_units_per_m})
+    if (stated) units_per_m = *stated, is_assumed = false;
+  if (is_assumed && units_per_m == kTumUnits_per_m)
+    add_assumption(
+        info,
+        "depth is taken as 5000 units per metre, as TUM's recordings have it: nothing here says so; "
+        "many cameras "
+        "have 1000 (--depth-units-per-m 1000, or `depth_scale 1000` in camera.txt)");
   if (!(units_per_m >= 1e-3 && units_per_m <= 1e6))  // camera.txt is checked when it is read
     return fail(ErrorCode::kUsage, "--depth-units-per-m", "{} depth units per metre cannot be right",
                 units_per_m);

@@ -34,15 +34,20 @@ Result<RecordingListing> list_icl_nuim(const std::filesystem::path& folder, cons
 Result<RecordingListing> list_seven_scenes(const std::filesystem::path& folder,
                                            const RecordingOptions& options);
 
+/// Units of depth in the recordings of TUM and ICL-NUIM.
+inline constexpr double kTumUnits_per_m = 5000;
+
 /// Default intrinsics of a layout.
 struct KnownCamera {
   std::optional<PinholeCamera> camera;
   std::string source;  ///< "the 7-Scenes camera"
   double depth_units_per_m = 1000;
-  std::string note = {};  ///< warning for the user where the camera is assumed
+  std::string note = {};        ///< for the user where this camera is used
+  std::string assumption = {};  ///< the same where it may well be another
 };
 /// Fills camera, camera_source and depth_unit_m of `info` from the first available of: options, camera.txt,
-/// camera-intrinsics.txt, the known camera. Returns the frame rate (from camera.txt, else 30 Hz).
+/// camera-intrinsics.txt, a file of another program (find_foreign_camera), the known camera. Returns the
+/// frame rate (from camera.txt, else 30 Hz).
 Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known);
 /// Compares the camera's size with the first readable depth image, and scales the camera if they differ by a
 /// common ratio; another difference is an error.
@@ -67,6 +72,8 @@ Result<FrameCalibration> apply_calibration(const FoundCalibration& found, Record
 std::string hint_of_place(const std::filesystem::path& path);
 
 void add_note(RecordingInfo& info, std::string_view note);
+/// Adds to the assumptions, and to the notes.
+void add_assumption(RecordingInfo& info, const std::string& assumption);
 void add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped);
 
 }  // namespace hm::detail

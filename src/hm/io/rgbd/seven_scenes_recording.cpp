@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -55,6 +56,16 @@ std::vector<fs::path> sequences_of(const fs::path& folder) {
   }
   std::ranges::sort(sequences);
   return sequences;
+}
+
+/// True in the folder of a scene of the data set, or in one of its sequences.
+bool is_of_seven_scenes(const fs::path& folder) {
+  constexpr std::array kScenes{"chess", "fire", "heads", "office", "pumpkin", "redkitchen", "stairs"};
+  const fs::path whole = fs::weakly_canonical(folder);
+  const std::string name = whole.filename().string();
+  return name.find("scenes") != std::string::npos || std::ranges::any_of(kScenes, [&](const char* scene) {
+           return name == scene || whole.parent_path().filename() == scene;
+         });
 }
 
 /// Reads a 4x4 camera-to-world matrix; the error code gives the reason for a missing pose.
@@ -133,7 +144,12 @@ Result<RecordingListing> list_seven_scenes(const fs::path& folder, const Recordi
   info.path = folder;
   info.has_own_stamps = false;
   info.trajectory_source = "frame-*.pose.txt";
-  const KnownCamera known{PinholeCamera{640, 480, 585, 585, 320, 240, {}}, "the 7-Scenes camera", 1000.0};
+  KnownCamera known{PinholeCamera{640, 480, 585, 585, 320, 240, {}}, "the 7-Scenes camera", 1000.0};
+  if (!is_of_seven_scenes(folder))
+    known.assumption =
+        "no camera.txt: the camera of 7-Scenes is used (585 585 320 240), whose names the files have; "
+        "another one "
+        "needs a camera.txt (or --intrinsics)";
   const auto rate = choose_camera(info, options, known);
   if (!rate) return forward_error(rate);
   const std::vector<fs::path> sequences = sequences_of(folder);

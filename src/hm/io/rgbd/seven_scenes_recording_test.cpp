@@ -68,6 +68,17 @@ TEST(SevenScenes, SequencesBelowTheFolderAndCameraAboveTheSequence) {
   }
 }
 
+TEST(SevenScenes, TheirCameraIsAnAssumptionUnlessTheFolderHasANameOfThem) {
+  const TemporaryFolder folder;
+  for (const auto& [name, assumptions] : std::vector<std::pair<std::string, std::size_t>>{
+           {"kitchen_of_mine", 1}, {"chess", 0}, {"fire/seq-02", 0}}) {
+    write_seven_scenes_frame(folder.path() / name, 0, matrix_text(random_pose(1).matrix()));
+    const auto opened = open_recording(folder.path() / name);
+    ASSERT_TRUE(opened) << to_string(opened.error());
+    EXPECT_EQ((*opened)->info().assumptions.size(), assumptions) << name;
+  }
+}
+
 TEST(SevenScenes, JpegColorAndBadPictures) {
   const TemporaryFolder folder;
   write_seven_scenes_frame(folder.path(), 0, matrix_text(Mat4::Identity()));
@@ -96,8 +107,11 @@ TEST(IclNuim, NumbersInsteadOfStampsAndNegativeFy) {
   EXPECT_EQ(info.stamps[2], Time::from_seconds(0.1));
   EXPECT_DOUBLE_EQ((*opened)->read(2)->T_world_camera->translation().x(), 0.75);
   EXPECT_TRUE(same_pixels((*opened)->read(2)->color, random_color(32, 24, 3)));
+  EXPECT_EQ(info.assumptions.size(), 1U);  // another tool may count frames, too
   fs::rename(folder.path() / "groundtruth.txt", folder.path() / "traj3.gt.freiburg");
-  EXPECT_EQ((*open_recording(folder.path()))->info().posed_count, 5U);
+  const auto as_published = open_recording(folder.path());
+  EXPECT_EQ((*as_published)->info().posed_count, 5U);
+  EXPECT_TRUE((*as_published)->info().assumptions.empty());
   fs::remove(folder.path() / "traj3.gt.freiburg");
   const auto blind = open_recording(folder.path());
   EXPECT_EQ((*blind)->info().posed_count, 0U);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cctype>
 
@@ -38,6 +39,13 @@ fs::path icl_poses(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, ignored))
     if (entry.path().string().ends_with(".gt.freiburg")) return entry.path();
   return {};
+}
+
+/// Named as the recordings are: `icl_of_kt3`, `living_room_traj0_frei_png`, `office_kt1`.
+bool has_icl_name(const fs::path& folder) {
+  const std::string name = fs::weakly_canonical(folder).filename().string();
+  constexpr std::array kParts{"icl", "traj", "kt0", "kt1", "kt2", "kt3"};
+  return std::ranges::any_of(kParts, [&](const char* part) { return name.find(part) != std::string::npos; });
 }
 
 Result<PoseList> read_poses(const fs::path& path, const StampRule& rule, RecordingInfo& info) {
@@ -142,10 +150,10 @@ KnownCamera tum_camera(const fs::path& folder) {
         }
   for (const std::string& name : names)
     if (const auto camera = known_tum_camera(name))
-      return {camera, fmt::format("TUM's camera of `{}`", name), 5000.0,
+      return {camera, fmt::format("TUM's camera of `{}`", name), kTumUnits_per_m,
               fmt::format("no camera.txt: the published intrinsics of TUM's recording `{}` are used", name)};
   // Other tools that name their images by stamps or numbers write millimetres.
-  return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : 5000.0};
+  return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : kTumUnits_per_m};
 }
 
 /// Reads the optional IMU measurements; read errors are reported as notes.
@@ -192,8 +200,14 @@ Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOp
   listing.info.kind = RecordingKind::kIclNuim;
   listing.info.path = folder;
   listing.info.has_own_stamps = false;
-  const KnownCamera known{PinholeCamera{640, 480, 481.2, -480.0, 319.5, 239.5, {}}, "the ICL-NUIM camera",
-                          5000.0};
+  const fs::path truth = icl_poses(folder);
+  KnownCamera known{PinholeCamera{640, 480, 481.2, -480.0, 319.5, 239.5, {}}, "the ICL-NUIM camera",
+                    kTumUnits_per_m};
+  if (!truth.string().ends_with(".gt.freiburg") && !has_icl_name(folder))
+    known.assumption =
+        "taken for a recording of ICL-NUIM, as its associations.txt counts frames: camera 481.2 -480 319.5 "
+        "239.5, "
+        "5000 units per metre; another camera needs a camera.txt (or --intrinsics and --depth-units-per-m)";
   const auto rate = choose_camera(listing.info, options, known);
   if (!rate) return forward_error(rate);
   const fs::path associations = associations_of(folder);
@@ -202,7 +216,7 @@ Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOp
   const StampRule by_number{*rate};
   const auto lists = read_associations(associations, by_number);
   if (!lists) return forward_error(lists);
-  const auto poses = choose_poses({}, icl_poses(folder), by_number, listing.info);
+  const auto poses = choose_poses({}, truth, by_number, listing.info);
   if (!poses) return forward_error(poses);
   pair_up(listing, *lists, *poses, options);
   return listing;

@@ -207,6 +207,33 @@ TEST_F(TumRecording, WithoutIntrinsicsTheNameOrTheListsTellOrItIsAnError) {
             std::string::npos);
 }
 
+TEST_F(TumRecording, AnAssumedUnitOfDepthIsSaid) {
+  EXPECT_TRUE(open()->info().assumptions.empty());  // its camera.txt has a depth_scale
+  ASSERT_TRUE(write_file_text(path_ / "camera.txt", "width 24\nheight 16\nfx 20\nfy 21\ncx 11.5\ncy 7.5\n"));
+  const auto recording = open();
+  ASSERT_EQ(recording->info().assumptions.size(), 1U);
+  EXPECT_NE(recording->info().assumptions[0].find("--depth-units-per-m 1000"), std::string::npos);
+  EXPECT_DOUBLE_EQ(recording->info().depth_unit_m, 1.0 / 5000);
+  EXPECT_TRUE(open({.depth_units_per_m = 5000})->info().assumptions.empty());
+}
+
+TEST_F(TumRecording, TheCameraOfAnotherProgramIsUsedUnlessOneIsNamed) {
+  const std::string open3d =
+      R"({"width": 24, "height": 16, "depth_scale": 1000, "intrinsic_matrix": [20, 0, 0, 0, 21, 0, 11.5, 7.5, 1]})";
+  ASSERT_TRUE(write_file_text(path_ / "intrinsic.json", open3d));
+  EXPECT_EQ(open()->info().camera_source, "camera.txt");
+  fs::remove(path_ / "camera.txt");
+  EXPECT_EQ(open()->info().camera.fy, 21);
+  EXPECT_EQ(open()->info().camera_source, "intrinsic.json");
+  EXPECT_DOUBLE_EQ(open()->info().depth_unit_m, 1e-3);
+  EXPECT_TRUE(open()->info().assumptions.empty());
+  ASSERT_TRUE(write_file_text(path_ / "intrinsic.json", "{"));
+  const auto damaged = open_recording(path_);
+  ASSERT_FALSE(damaged);
+  EXPECT_NE(to_string(damaged.error()).find("intrinsic.json"), std::string::npos);
+  EXPECT_NE(open({.camera = kSmallCamera})->info().notes.find("intrinsic.json"), std::string::npos);
+}
+
 TEST_F(TumRecording, InvalidDepthAndOtherSizesOfColor) {
   RgbdFrame frame = small_frame(0);
   frame.depth.units(2, 3) = 65535;

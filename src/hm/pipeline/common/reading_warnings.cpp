@@ -29,6 +29,7 @@ class Warnings {
 
 std::vector<std::string> reading_warnings(const RecordingInfo& info) {
   Warnings warnings;
+  for (const std::string& assumption : info.assumptions) warnings.add(assumption);
   warnings.add(info.skipped);
   if (info.missing_images > 0)
     warnings.add(fmt::format("{} missing (first: {})", counted(info.missing_images, "image"),
