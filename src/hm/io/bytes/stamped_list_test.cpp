@@ -243,6 +243,8 @@ TEST(KnownCamera, TumByName) {
   EXPECT_EQ(known_tum_camera("tum_fr1_xyz_part")->fx, 517.3);
   EXPECT_EQ(known_tum_camera("fr2_large_with_loop.bag")->fx, 520.9);
   EXPECT_TRUE(known_tum_camera("Freiburg3_long_office_household")->distortion.is_zero());
+  EXPECT_EQ(known_bonn_camera("rgbd_bonn_crowd2")->fx, 542.822841);
+  EXPECT_FALSE(known_bonn_camera("bonn"));
   for (const char* name : {"kitchen", "my_fr2024", "fr2024", "fr2", "fr2_kitchen", "my_fr2_desk", "fr4_desk",
                            "fr", "freiburg", "fr1_xyzzy", "fr1_large_no_loop", "from1_xyz", ""})
     EXPECT_FALSE(known_tum_camera(name)) << name;

@@ -179,4 +179,10 @@ std::optional<PinholeCamera> known_tum_camera(std::string_view recording) {
   return kTumCameras[number];
 }
 
+std::optional<PinholeCamera> known_bonn_camera(std::string_view recording) {
+  if (!recording.starts_with("rgbd_bonn_")) return std::nullopt;
+  return PinholeCamera{
+      640, 480, 542.822841, 542.57687, 315.59352, 237.756098, {0.039903, -0.099343, -0.00073, -0.000144, 0}};
+}
+
 }  // namespace hm

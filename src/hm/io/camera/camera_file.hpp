@@ -38,4 +38,8 @@ std::string camera_file_text(const PinholeCamera& camera, double depth_units_per
 /// nothing. (Sturm et al. 2012 and the data set's page.)
 std::optional<PinholeCamera> known_tum_camera(std::string_view recording);
 
+/// The same of the Bonn RGB-D Dynamic Dataset, whose recordings are called `rgbd_bonn_...` (Palazzolo et al.
+/// 2019).
+std::optional<PinholeCamera> known_bonn_camera(std::string_view recording);
+
 }  // namespace hm

@@ -149,9 +149,12 @@ KnownCamera tum_camera(const fs::path& folder) {
           names.emplace_back(word.substr(0, word.find('\'')));
         }
   for (const std::string& name : names)
-    if (const auto camera = known_tum_camera(name))
-      return {camera, fmt::format("TUM's camera of `{}`", name), kTumUnits_per_m,
-              fmt::format("no camera.txt: the published intrinsics of TUM's recording `{}` are used", name)};
+    for (const auto& [owner, camera] :
+         {std::pair{"TUM", known_tum_camera(name)}, std::pair{"Bonn", known_bonn_camera(name)}})
+      if (camera)
+        return {camera, fmt::format("{}'s camera of `{}`", owner, name), kTumUnits_per_m,
+                fmt::format("no camera.txt: the published intrinsics of {}'s recording `{}` are used", owner,
+                            name)};
   // Other tools that name their images by stamps or numbers write millimetres.
   return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : kTumUnits_per_m};
 }
