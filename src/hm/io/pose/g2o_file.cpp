@@ -36,7 +36,7 @@ struct SpatialWords {
   }
 };
 
-std::string pose_text(const SE3& T) {
+std::string g2o_pose_text(const SE3& T) {
   const Eigen::Quaterniond q = T.quaternion();
   const Vec3& t = T.translation();
   return fmt::format("{} {} {} {} {} {} {}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
@@ -71,10 +71,10 @@ Result<void> write_g2o_2d(const PoseGraph2D& graph, const std::filesystem::path&
 Result<void> write_g2o_3d(const PoseGraph3D& graph, const std::filesystem::path& path) {
   OutputFile file(path);
   for (std::size_t i = 0; i < graph.T_map_node.size(); ++i)
-    file.write(fmt::format("VERTEX_SE3:QUAT {} {}\n", i, pose_text(graph.T_map_node[i])));
+    file.write(fmt::format("VERTEX_SE3:QUAT {} {}\n", i, g2o_pose_text(graph.T_map_node[i])));
   if (!graph.T_map_node.empty()) file.write("FIX 0\n");
   for (const PoseEdge3D& edge : graph.edges) {
-    file.write(fmt::format("EDGE_SE3:QUAT {} {} {}", edge.from, edge.to, pose_text(edge.T_from_to)));
+    file.write(fmt::format("EDGE_SE3:QUAT {} {} {}", edge.from, edge.to, g2o_pose_text(edge.T_from_to)));
     for (int row = 0; row < 6; ++row)
       for (int column = row; column < 6; ++column)
         file.write(fmt::format(" {}", edge.information(row, column)));
