@@ -216,6 +216,12 @@ ViewProjection::ViewProjection(const RenderView& view, int width, int height, in
       scale_((orthographic_ ? view.pixels_per_m : view.focal_px) * samples_per_px),
       centre_(0.5 * width * samples_per_px - 0.5, 0.5 * height * samples_per_px - 0.5) {}
 
+Vec3 ViewProjection::unproject(double x, double y, double nearness) const {
+  const double z = orthographic_ ? -nearness : 1 / nearness;
+  const double across = orthographic_ ? 1 / scale_ : z / scale_;
+  return T_world_camera_ * Vec3((x - centre_.x()) * across, (y - centre_.y()) * across, z);
+}
+
 Vec3 ViewProjection::towards_viewer(const Vec3& p_world) const {
   if (orthographic_) return -T_world_camera_.rotation().col(2);
   return (T_world_camera_.translation() - p_world).normalized();

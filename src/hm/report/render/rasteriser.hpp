@@ -27,11 +27,7 @@ class ViewProjection {
             inverse};
   }
   /// World point of a sample at this nearness.
-  [[nodiscard]] Vec3 unproject(double x, double y, double nearness) const {
-    const double z = orthographic_ ? -nearness : 1 / nearness;
-    const double across = orthographic_ ? 1 / scale_ : z / scale_;
-    return T_world_camera_ * Vec3((x - centre_.x()) * across, (y - centre_.y()) * across, z);
-  }
+  [[nodiscard]] Vec3 unproject(double x, double y, double nearness) const;
   /// Unit vector from a world point towards the viewer.
   [[nodiscard]] Vec3 towards_viewer(const Vec3& p_world) const;
   [[nodiscard]] double near_m() const { return near_m_; }

@@ -37,18 +37,13 @@ class TapOffsets {
 };
 
 double free_share(const Vec3& p, const Vec3& normal, const Vec3& other) {
-  constexpr double kLeastCosine = 0.12;
   const Vec3 offset = other - p;
-  const double squared = offset.squaredNorm(), above = normal.dot(offset);
-  // Most taps end here, before root and divisions: they are not above the surface, or far away.
-  if (above <= 0 || above * above <= kLeastCosine * kLeastCosine * squared || squared > kReach_m * kReach_m)
-    return 1;
-  const double distance = std::sqrt(squared);
-  return 1 - 1.6 * (above / distance - kLeastCosine) * (1 - distance / kReach_m);
+  const double distance = offset.norm();
+  if (distance < 1e-6 || distance > kReach_m) return 1;
+  const double cosine = std::max(0.0, normal.dot(offset) / distance - 0.12);
+  const double fade = 1 - distance / kReach_m;
+  return 1 - 1.6 * cosine * fade;
 }
-
-/// As std::lround, which is a call of the library.
-int rounded(double value) { return static_cast<int>(value < 0 ? value - 0.5 : value + 0.5); }
 
 /// Outline factor, below 1 at depth discontinuities: the second difference of nearness, 0 on any plane, is
 /// large on the nearer side. Separates surfaces of equal brightness.
@@ -86,7 +81,8 @@ double open_share(const SurfaceSample& here, const Image<float>& nearness, const
   const double reach_px = 0.5 * std::min(400.0, kReach_m * projection.samples_per_m(own_nearness));
   double light = 0;
   for (const Vec2& tap : taps.at(pixel.x, pixel.y)) {
-    const int x = pixel.x + rounded(reach_px * tap.x()), y = pixel.y + rounded(reach_px * tap.y());
+    const int x = pixel.x + static_cast<int>(std::lround(reach_px * tap.x()));
+    const int y = pixel.y + static_cast<int>(std::lround(reach_px * tap.y()));
     if (!nearness.contains(x, y) || nearness(x, y) == std::numeric_limits<float>::lowest()) {
       light += 1;
       continue;
