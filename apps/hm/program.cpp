@@ -6,7 +6,6 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/core/text/nearest_name.hpp"
-#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "output.hpp"
 #include "version.hpp"
@@ -102,9 +101,7 @@ hm::Result<std::optional<Outcome>> OutputFlags::complete_result(
   if (!*record || !(*record)->is_of(request) || (*record)->state != hm::RunState::kComplete)
     return std::nullopt;
   const auto path = folder / "report.json";
-  const auto bytes = hm::read_file_bytes(path);
-  if (!bytes) return hm::forward_error(bytes);
-  auto report = hm::parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
+  auto report = hm::read_json_file(path);
   if (!report) return hm::forward_error(report);
   Outcome outcome;
   outcome.text = fmt::format("{}: already complete; --overwrite runs it again\n", folder.string());

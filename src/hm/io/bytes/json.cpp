@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "hm/io/bytes/file_bytes.hpp"
+
 namespace hm {
 namespace {
 
@@ -132,6 +134,12 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& where) {
     return fail(ErrorCode::kCorrupted, where + ":" + line_and_column(text, builder.position()),
                 "not valid JSON: {}", builder.message());
   return std::move(builder.root());
+}
+
+Result<JsonValue> read_json_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  const auto bytes = read_file_bytes(path, max_bytes);
+  if (!bytes) return forward_error(bytes);
+  return parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
 }
 
 }  // namespace hm

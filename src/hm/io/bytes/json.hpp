@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -19,5 +21,9 @@ std::string to_json_text(const JsonValue& value, JsonStyle style = JsonStyle::kP
 /// Parses a JSON document; errors name `where` (a path), line and column. Of repeated keys the last one
 /// counts. Integers beyond 64 bits become doubles; nesting deeper than 200 levels is an error.
 Result<JsonValue> parse_json(std::string_view text, const std::string& where);
+
+/// Reads a file and parses it; also an error: it is larger than `max_bytes`, or cannot be read.
+Result<JsonValue> read_json_file(const std::filesystem::path& path,
+                                 std::size_t max_bytes = std::size_t{1} << 30);
 
 }  // namespace hm

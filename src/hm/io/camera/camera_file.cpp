@@ -82,6 +82,10 @@ Result<void> check_intrinsics(PinholeCamera camera, const std::string& where) {
 
 }  // namespace
 
+bool is_image_size(double pixels) { return pixels >= 1 && pixels <= 32768 && pixels == std::floor(pixels); }
+
+bool is_depth_scale(double units_per_m) { return units_per_m >= 1e-3 && units_per_m <= 1e6; }
+
 Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
   const auto text = TextFile::read(path);
   if (!text) return forward_error(text);
@@ -97,10 +101,10 @@ Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
     return fmt::format("{}:{}", text->where(), entries->find(key)->second.line);
   };
   for (const std::string_view key : {"width", "height"})
-    if (const auto size = number(key); size && (*size < 1 || *size > 32768 || *size != std::floor(*size)))
+    if (const auto size = number(key); size && !is_image_size(*size))
       return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *size);
   for (const std::string_view key : {"depth_scale", "rate_hz"})
-    if (const auto value = number(key); value && (*value < 1e-3 || *value > 1e6))
+    if (const auto value = number(key); value && !is_depth_scale(*value))
       return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *value);
   PinholeCamera& c = file.camera;
   c.width = static_cast<int>(number("width").value_or(0));

@@ -23,6 +23,11 @@ struct CameraFile {
 /// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
+/// What a file may say of its images and of its depth: a whole size of 1 to 32768 pixels, 1e-3 to 1e6 units
+/// per metre.
+bool is_image_size(double pixels);
+bool is_depth_scale(double units_per_m);
+
 /// Camera of an intrinsics matrix, row by row, 3x3 or 4x4 (fx 0 cx 0, 0 fy cy 0, 0 0 1 0, 0 0 0 1). Width and
 /// height are 0. Error, naming `where`: another size, another shape, values that no camera has.
 Result<PinholeCamera> camera_of_matrix(std::span<const double> matrix, const std::filesystem::path& where);

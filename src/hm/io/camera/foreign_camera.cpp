@@ -1,11 +1,10 @@
 #include "hm/io/camera/foreign_camera.hpp"
 
-#include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 #include <vector>
 
-#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/text_lines.hpp"
@@ -16,113 +15,109 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxJsonBytes = 1 << 20;
+constexpr std::size_t kMaxJsonBytes = 1 << 20;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-Result<JsonValue> read_json(const fs::path& path) {
-  const auto bytes = read_file_bytes(path, kMaxJsonBytes);
-  if (!bytes) return forward_error(bytes);
-  return parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
-}
+/// What a file says besides the matrix; 0: nothing.
+struct Stated {
+  double width = 0, height = 0, units_per_m = 0;
+};
 
-/// Sizes and units of a JSON object by the names that its program gives them; 0 or absent: not named.
-void take_size(const JsonValue& from, std::string_view width, std::string_view height, std::string_view scale,
-               ForeignCamera& found) {
-  found.camera.width = static_cast<int>(std::clamp(from.number_at(width, 0), 0.0, 32768.0));
-  found.camera.height = static_cast<int>(std::clamp(from.number_at(height, 0), 0.0, 32768.0));
-  if (const double units = from.number_at(scale, 0); units > 0) found.depth_units_per_m = units;
+using Found = Result<std::optional<ForeignCamera>>;
+
+Found camera_of(std::span<const double> matrix, const Stated& stated, const fs::path& path) {
+  const auto camera = camera_of_matrix(matrix, path);
+  if (!camera) return forward_error(camera);
+  ForeignCamera found{*camera, {}, path};
+  for (const double size : {stated.width, stated.height})
+    if (size != 0 && !is_image_size(size))
+      return fail(ErrorCode::kInvalidValue, path, "images of {} pixels cannot be right", size);
+  found.camera.width = static_cast<int>(stated.width);
+  found.camera.height = static_cast<int>(stated.height);
+  if (stated.units_per_m == 0) return found;
+  if (!is_depth_scale(stated.units_per_m))
+    return fail(ErrorCode::kInvalidValue, path, "{} depth units per metre cannot be right",
+                stated.units_per_m);
+  found.depth_units_per_m = stated.units_per_m;
+  return found;
 }
 
 /// {"width": .., "height": .., "intrinsic_matrix": [fx, 0, 0, 0, fy, 0, cx, cy, 1], "depth_scale": ..}
-Result<ForeignCamera> read_open3d(const fs::path& path) {
-  const auto json = read_json(path);
+Found read_open3d(const fs::path& path) {
+  const auto json = read_json_file(path, kMaxJsonBytes);
   if (!json) return forward_error(json);
   const JsonValue::Array& columns = json->list_at("intrinsic_matrix");
   if (columns.size() != 9)
     return fail(ErrorCode::kCorrupted, path, "`intrinsic_matrix` has {} numbers instead of 9",
                 columns.size());
   std::array<double, 9> rows{};
-  for (std::size_t i = 0; i < 9; ++i)
-    rows[i % 3 * 3 + i / 3] = columns[i].number_or(std::numeric_limits<double>::quiet_NaN());
-  const auto camera = camera_of_matrix(rows, path);
-  if (!camera) return forward_error(camera);
-  ForeignCamera found{*camera, {}, path};
-  take_size(*json, "width", "height", "depth_scale", found);
-  return found;
+  for (std::size_t i = 0; i < 9; ++i) rows[i % 3 * 3 + i / 3] = columns[i].number_or(kNaN);
+  return camera_of(
+      rows, {json->number_at("width", 0), json->number_at("height", 0), json->number_at("depth_scale", 0)},
+      path);
 }
 
 /// {"camera": {"w": .., "h": .., "fx": .., "fy": .., "cx": .., "cy": .., "scale": ..}}
-Result<ForeignCamera> read_replica(const fs::path& path) {
-  const auto json = read_json(path);
+Found read_replica(const fs::path& path) {
+  const auto json = read_json_file(path, kMaxJsonBytes);
   if (!json) return forward_error(json);
   const JsonValue* values = json->find("camera");
   if (values == nullptr) return fail(ErrorCode::kCorrupted, path, "there is no `camera`");
-  const auto value = [&](std::string_view key) {
-    return values->number_at(key, std::numeric_limits<double>::quiet_NaN());
-  };
-  const auto camera = camera_of_matrix(
-      std::array{value("fx"), 0.0, value("cx"), 0.0, value("fy"), value("cy"), 0.0, 0.0, 1.0}, path);
-  if (!camera) return forward_error(camera);
-  ForeignCamera found{*camera, {}, path};
-  take_size(*values, "w", "h", "scale", found);
-  return found;
+  const auto value = [&](std::string_view key) { return values->number_at(key, kNaN); };
+  return camera_of(std::array{value("fx"), 0.0, value("cx"), 0.0, value("fy"), value("cy"), 0.0, 0.0, 1.0},
+                   {values->number_at("w", 0), values->number_at("h", 0), values->number_at("scale", 0)},
+                   path);
 }
 
-/// Lines `m_depthWidth = 640`, `m_calibrationDepthIntrinsic = 582.9 0 320 0 0 582.9 240 0 ...`.
-Result<ForeignCamera> read_sensor_info(const fs::path& path) {
+/// Lines `m_depthWidth = 640`, `m_calibrationDepthIntrinsic = 582.9 0 320 0 0 582.9 240 0 ...`. Nothing in a
+/// file without a depth camera or that cannot be read: info.txt is a common name.
+Found read_sensor_info(const fs::path& path) {
   const auto text = TextFile::read(path);
-  if (!text) return forward_error(text);
-  std::vector<double> matrix;
-  ForeignCamera found{{}, {}, path};
-  double width = 0, height = 0;
+  if (!text) return std::nullopt;
+  std::optional<std::vector<double>> matrix;
+  Stated stated;
   for (const TextLine& line : text->lines()) {
     const std::vector<std::string_view> parts = words(line.text);
     if (parts.size() < 3 || parts[1] != "=") continue;
     std::vector<double> values;
-    for (std::size_t i = 2; i < parts.size(); ++i)
-      values.push_back(parse_number(parts[i]).value_or(std::numeric_limits<double>::quiet_NaN()));
-    if (parts[0] == "m_calibrationDepthIntrinsic") matrix = values;
-    if (parts[0] == "m_depthWidth") width = values[0];
-    if (parts[0] == "m_depthHeight") height = values[0];
-    if (parts[0] == "m_depthShift" && values[0] > 0) found.depth_units_per_m = values[0];
+    for (std::size_t i = 2; i < parts.size(); ++i) values.push_back(parse_number(parts[i]).value_or(kNaN));
+    if (parts[0] == "m_calibrationDepthIntrinsic")
+      matrix = std::move(values);
+    else if (parts[0] == "m_depthWidth")
+      stated.width = values[0];
+    else if (parts[0] == "m_depthHeight")
+      stated.height = values[0];
+    else if (parts[0] == "m_depthShift")
+      stated.units_per_m = values[0];
   }
-  const auto camera = camera_of_matrix(matrix, path);
-  if (!camera) return forward_error(camera);
-  found.camera = *camera;
-  if (width >= 1 && width <= 32768 && height >= 1 && height <= 32768)
-    found.camera.width = static_cast<int>(width), found.camera.height = static_cast<int>(height);
-  return found;
+  if (!matrix) return std::nullopt;
+  return camera_of(*matrix, stated, path);
 }
 
-Result<ForeignCamera> read_matrix(const fs::path& path) {
+Found read_matrix(const fs::path& path) {
   const auto camera = read_intrinsics_matrix(path);
   if (!camera) return forward_error(camera);
   return ForeignCamera{*camera, {}, path};
 }
 
-/// info.txt is a common name: only one that speaks of a depth camera is read.
-bool is_sensor_info(const fs::path& path) {
-  const auto text = TextFile::read(path);
-  return text && std::ranges::any_of(text->lines(), [](const TextLine& line) {
-           return line.text.find("m_calibrationDepthIntrinsic") != std::string_view::npos;
-         });
-}
+struct Layout {
+  const char* name;
+  Found (*read)(const fs::path& path);
+};
+constexpr std::array kLayouts{
+    Layout{"intrinsic.json", read_open3d},         Layout{"camera_intrinsic.json", read_open3d},
+    Layout{"camera_primesense.json", read_open3d}, Layout{"intrinsic/intrinsic_depth.txt", read_matrix},
+    Layout{"intrinsics_depth.txt", read_matrix},   Layout{"info.txt", read_sensor_info},
+    Layout{"_info.txt", read_sensor_info},         Layout{"cam_params.json", read_replica},
+    Layout{"../cam_params.json", read_replica}};
 
 }  // namespace
 
 Result<std::optional<ForeignCamera>> find_foreign_camera(const fs::path& folder) {
-  const auto found = [](Result<ForeignCamera> camera) -> Result<std::optional<ForeignCamera>> {
-    if (!camera) return forward_error(camera);
-    return std::optional(std::move(*camera));
-  };
-  for (const char* name : {"intrinsic.json", "camera_intrinsic.json", "camera_primesense.json"})
-    if (is_file(folder / name)) return found(read_open3d(folder / name));
-  for (const char* name : {"intrinsic/intrinsic_depth.txt", "intrinsics_depth.txt"})
-    if (is_file(folder / name)) return found(read_matrix(folder / name));
-  for (const char* name : {"info.txt", "_info.txt"})
-    if (is_file(folder / name) && is_sensor_info(folder / name))
-      return found(read_sensor_info(folder / name));
-  for (const fs::path& path : {folder / "cam_params.json", folder / ".." / "cam_params.json"})
-    if (is_file(path)) return found(read_replica(path));
+  for (const Layout& layout : kLayouts) {
+    if (!is_file(folder / layout.name)) continue;
+    if (auto found = layout.read(folder / layout.name); !found || *found) return found;
+  }
   return std::nullopt;
 }
 

@@ -67,6 +67,9 @@ TEST_F(ForeignCameraFile, ThatCannotBeUsedIsNamed) {
            {"intrinsic.json", "{}"},
            {"intrinsic.json", R"({"intrinsic_matrix": [500, 0, 0, 0, null, 0, 320, 240, 1]})"},
            {"intrinsic.json", R"({"intrinsic_matrix": [500, 0, 320, 0, 500, 240, 0, 0, 1]})"},  // row by row
+           {"intrinsic.json", R"({"width": 40000, "intrinsic_matrix": [500, 0, 0, 0, 500, 0, 320, 240, 1]})"},
+           {"intrinsic.json",
+            R"({"depth_scale": 1e9, "intrinsic_matrix": [500, 0, 0, 0, 500, 0, 320, 240, 1]})"},
            {"intrinsics_depth.txt", "500 0 320\n0 510\n"},
            {"info.txt", "m_calibrationDepthIntrinsic = 500 0 320.5\n"},
            {"cam_params.json", R"({"camera": {"fx": 1e300, "fy": 500, "cx": 320, "cy": 240}})"},

@@ -33,8 +33,8 @@ bool is_numeric_name(std::string_view stem) {
   return is_digits(stem.substr(0, point)) && is_digits(stem.substr(point + 1));
 }
 
-/// The number in a file's name: `depth_000123` and `frame000123` without the word before it, and
-/// `0000001-000000033333` (frame and time of the device) without what follows the frame.
+/// The number in a file's name, empty where there is none: `depth_000123` and `frame000123` without the word
+/// before it, and `0000001-000000033333` (frame and time of the device) without what follows the frame.
 std::string_view number_in(std::string_view stem) {
   while (!stem.empty() && (std::isalpha(static_cast<unsigned char>(stem.front())) != 0 ||
                            stem.front() == '_' || stem.front() == '-'))
@@ -42,7 +42,8 @@ std::string_view number_in(std::string_view stem) {
   const std::size_t dash = stem.find('-');
   const bool is_pair =
       dash != std::string_view::npos && is_digits(stem.substr(0, dash)) && is_digits(stem.substr(dash + 1));
-  return is_pair ? stem.substr(0, dash) : stem;
+  if (is_pair) return stem.substr(0, dash);
+  return is_numeric_name(stem) ? stem : std::string_view();
 }
 
 /// Unit of the numbers in the names of a folder's images.
@@ -102,9 +103,9 @@ ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
   SkippedLines malformed{SkippedLines::Reason::kMalformed, name, 0, 0, "image"};
   SkippedLines repeated{SkippedLines::Reason::kStampNotIncreasing, name, 0, 0, "image"};
   for (const fs::path& path : images_in(stream)) {
-    const std::string whole = path.stem().string();
-    const std::string_view stem = number_in(whole);
-    const auto stamp = is_numeric_name(stem) ? time_of(stem, unit, rate_hz) : std::nullopt;
+    const std::string stem = path.stem().string();
+    const std::string_view number = number_in(stem);
+    const auto stamp = number.empty() ? std::nullopt : time_of(number, unit, rate_hz);
     if (stamp)
       list.images.push_back({*stamp, (stream.filename() / path.filename()).string()});
     else if (malformed.count++ == 0)
@@ -128,7 +129,7 @@ std::optional<NameUnit> unit_of_names(const fs::path& stream) {
   std::array<std::size_t, 5> votes{};
   for (const fs::path& path : images_in(stream)) {
     const std::string stem = path.stem().string();
-    if (const std::string_view number = number_in(stem); is_numeric_name(number))
+    if (const std::string_view number = number_in(stem); !number.empty())
       ++votes[static_cast<std::size_t>(unit_of(number))];
   }
   const auto most = std::ranges::max_element(votes);

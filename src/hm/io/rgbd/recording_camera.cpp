@@ -88,18 +88,17 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
   if (!foreign) return forward_error(foreign);
   if (auto chosen = choose_intrinsics(info, options, known, file, *foreign); !chosen)
     return forward_error(chosen);
-  double units_per_m = known.depth_units_per_m;
-  bool is_assumed = info.camera_source != known.source;  // of a known camera the units are known
-  for (const auto& stated : {*foreign ? (*foreign)->depth_units_per_m : std::nullopt,
-                             file ? file->depth_units_per_m : std::nullopt, options.depth_units_per_m})
-    if (stated) units_per_m = *stated, is_assumed = false;
-  if (is_assumed && units_per_m == kTumUnits_per_m)
+  std::optional<double> stated = options.depth_units_per_m;
+  if (!stated && file) stated = file->depth_units_per_m;
+  if (!stated && *foreign) stated = (*foreign)->depth_units_per_m;
+  const double units_per_m = stated.value_or(known.depth_units_per_m);
+  const bool is_known = info.camera_source == known.source;  // with the camera its units are known
+  if (!stated && !is_known && units_per_m == kTumUnits_per_m)
     add_assumption(
         info,
-        "depth is taken as 5000 units per metre, as TUM's recordings have it: nothing here says so; "
-        "many cameras "
-        "have 1000 (--depth-units-per-m 1000, or `depth_scale 1000` in camera.txt)");
-  if (!(units_per_m >= 1e-3 && units_per_m <= 1e6))  // camera.txt is checked when it is read
+        "depth is taken as 5000 units per metre, as TUM's recordings have it: nothing here says so; many "
+        "cameras have 1000 (--depth-units-per-m 1000, or `depth_scale 1000` in camera.txt)");
+  if (!is_depth_scale(units_per_m))  // files are checked when they are read
     return fail(ErrorCode::kUsage, "--depth-units-per-m", "{} depth units per metre cannot be right",
                 units_per_m);
   info.depth_unit_m = 1.0 / units_per_m;

@@ -148,8 +148,7 @@ Result<RecordingListing> list_seven_scenes(const fs::path& folder, const Recordi
   if (!is_of_seven_scenes(folder))
     known.assumption =
         "no camera.txt: the camera of 7-Scenes is used (585 585 320 240), whose names the files have; "
-        "another one "
-        "needs a camera.txt (or --intrinsics)";
+        "another one needs a camera.txt (or --intrinsics)";
   const auto rate = choose_camera(info, options, known);
   if (!rate) return forward_error(rate);
   const std::vector<fs::path> sequences = sequences_of(folder);

@@ -208,9 +208,9 @@ Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOp
                     kTumUnits_per_m};
   if (!truth.string().ends_with(".gt.freiburg") && !has_icl_name(folder))
     known.assumption =
-        "taken for a recording of ICL-NUIM, as its associations.txt counts frames: camera 481.2 -480 319.5 "
-        "239.5, "
-        "5000 units per metre; another camera needs a camera.txt (or --intrinsics and --depth-units-per-m)";
+        "taken for a recording of ICL-NUIM, as its associations.txt counts frames: camera 481.2 -480 "
+        "319.5 239.5, 5000 units per metre; another camera needs a camera.txt (or --intrinsics and "
+        "--depth-units-per-m)";
   const auto rate = choose_camera(listing.info, options, known);
   if (!rate) return forward_error(rate);
   const fs::path associations = associations_of(folder);

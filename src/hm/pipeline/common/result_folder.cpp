@@ -61,9 +61,7 @@ Result<std::optional<RunRecord>> read_run_record(const fs::path& folder) {
   std::error_code code;
   if (!fs::exists(path, code)) return std::nullopt;
   constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-  const auto bytes = read_file_bytes(path, kMostBytes);
-  if (!bytes) return forward_error(bytes);
-  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
+  const auto json = read_json_file(path, kMostBytes);
   if (!json) return forward_error(json);
   auto record = record_from_json(*json, path.string());
   if (!record) return forward_error(record);

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "hm/core/angle.hpp"
-#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
@@ -46,9 +45,8 @@ Result<ReadPoses> read_poses(const fs::path& path, PosesOfRecording which,
 /// The file of the poses that a result beside this trajectory was built with; empty where none says so.
 fs::path poses_it_was_built_with(const fs::path& trajectory) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 26;
-  const auto bytes = read_file_bytes(trajectory.parent_path() / "report.json", kMostBytes);
-  if (!bytes || trajectory.filename() != "trajectory.tum") return {};
-  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, {});
+  if (trajectory.filename() != "trajectory.tum") return {};
+  const auto json = read_json_file(trajectory.parent_path() / "report.json", kMostBytes);
   return json ? fs::path(json->text_at("poses")) : fs::path();
 }
 

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "hm/core/text/counted.hpp"
-#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 
 namespace hm {
@@ -58,9 +57,7 @@ std::string size_text(std::uint64_t bytes) {
 Result<JsonValue> read_report(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return JsonValue();
-  const auto bytes = read_file_bytes(path);
-  if (!bytes) return forward_error(bytes);
-  return parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
+  return read_json_file(path);
 }
 
 }  // namespace
