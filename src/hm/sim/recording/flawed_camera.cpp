@@ -38,7 +38,9 @@ FlawedCamera::FlawedCamera(const Setup& setup)
   const FlawSizes& sizes = setup.sizes;
   color_camera_.cx += sizes.color_shift_x_px;
   color_camera_.cy += sizes.color_shift_y_px;
-  T_depth_color_ = SE3(Mat3::Identity(), Vec3(sizes.color_baseline_m, 0, 0));
+  color_camera_.fx *= 1 + sizes.color_focal_ratio;
+  color_camera_.fy *= 1 + sizes.color_focal_ratio;
+  T_depth_color_ = SE3(Mat3::Identity(), Vec3(sizes.color_baseline_m + sizes.color_beside_m, 0, 0));
   if (sizes.people > 0) people_.emplace(setup.walk, sizes.people, setup.seed);
 }
 

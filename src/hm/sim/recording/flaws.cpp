@@ -33,7 +33,7 @@ Result<Flaws> Flaws::parse(std::string_view names) {
   Flaws flaws;
   for (const std::string& word : found.words) {
     const auto index = std::ranges::find(kFlawNames, word) - std::begin(kFlawNames);
-    flaws.bits_ |= word == kAllFlaws ? (1U << std::size(kFlawNames)) - 1 : 1U << static_cast<unsigned>(index);
+    flaws.bits_ |= word == kAllFlaws ? (1U << kRealisticFlaws) - 1 : 1U << static_cast<unsigned>(index);
   }
   return flaws;
 }
@@ -57,6 +57,9 @@ FlawSizes draw_flaws(const Flaws& flaws, std::uint64_t seed) {
   sizes.color_delay_s = rng.uniform(0.005, 0.02);
   sizes.glass_angle_rad = rng.uniform(0.3, 0.6);
   sizes.people = 1 + static_cast<int>(rng.below(3));
+  sizes.color_focal_ratio = -0.1;
+  sizes.color_beside_m = 0.03;
+  sizes.short_at_1m_ratio = 0.04;
   const auto only_for = [&](Flaw flaw, auto&... of_it) {
     if (!flaws.has(flaw)) ((of_it = 0), ...);
   };
@@ -70,6 +73,8 @@ FlawSizes draw_flaws(const Flaws& flaws, std::uint64_t seed) {
   only_for(Flaw::kTimeOffset, sizes.color_delay_s);
   only_for(Flaw::kGlass, sizes.glass_angle_rad);
   only_for(Flaw::kPeople, sizes.people);
+  only_for(Flaw::kUnregistered, sizes.color_focal_ratio, sizes.color_beside_m);
+  only_for(Flaw::kShortDepth, sizes.short_at_1m_ratio);
   sizes.flaws = flaws;
   return sizes;
 }

@@ -19,16 +19,21 @@ enum class Flaw : unsigned {
   kWheelSlip,       ///< reported poses are those of wheels (WheelErrors)
   kGlass,           ///< panes reflect, and are measured through where they are seen frontally
   kPeople,          ///< people walk ahead of the camera
+  // What a recording has that nobody registered or calibrated: not among "all".
+  kUnregistered,  ///< colour is that of a camera beside the depth camera, with a wider view
+  kShortDepth,    ///< near surfaces read too short
 };
 inline constexpr std::string_view kFlawNames[] = {
-    "blur",       "rolling_shutter", "exposure",   "intrinsics", "registration",
-    "depth_bend", "time_offset",     "wheel_slip", "glass",      "people"};
+    "blur",        "rolling_shutter", "exposure", "intrinsics", "registration", "depth_bend",
+    "time_offset", "wheel_slip",      "glass",    "people",     "unregistered", "short_depth"};
+/// How many of them "all" names: what a recording has whose cameras are calibrated.
+inline constexpr std::size_t kRealisticFlaws = 10;
 
 /// Set of flaws.
 class Flaws {
  public:
-  /// Reads names separated by commas; "all" is all of them, "" none. Error (kUsage): an unknown name,
-  /// with the known ones.
+  /// Reads names separated by commas; "all" is the first kRealisticFlaws, "" none. Error (kUsage): an unknown
+  /// name, with the known ones.
   static Result<Flaws> parse(std::string_view names);
   [[nodiscard]] bool has(Flaw flaw) const { return (bits_ >> static_cast<unsigned>(flaw) & 1U) != 0; }
   [[nodiscard]] bool is_empty() const { return bits_ == 0; }
@@ -45,7 +50,9 @@ struct FlawSizes {
   double exposure_lag_s = 0, white_balance_ratio = 0;
   double focal_x_ratio = 0, focal_y_ratio = 0, center_x_ratio = 0, center_y_ratio = 0;
   double color_shift_x_px = 0, color_shift_y_px = 0, color_baseline_m = 0;
+  double color_focal_ratio = 0, color_beside_m = 0;
   double bend_at_3m_m = 0;
+  double short_at_1m_ratio = 0;
   double color_delay_s = 0;
   double glass_angle_rad = 0;
   int people = 0;
@@ -63,6 +70,10 @@ struct FlawSizes {
     if (self.flaws.has(Flaw::kDepthBend))
       v(ParamDoc{"bend_at_3m_m", {-0.03, 0.03}, "depth error at 3 m in the corners; minus it in the middle"},
         self.bend_at_3m_m);
+    if (self.flaws.has(Flaw::kUnregistered)) visit_unregistered(self, v);
+    if (self.flaws.has(Flaw::kShortDepth))
+      v(ParamDoc{"short_at_1m_ratio", {0.04, 0.04}, "depth at 1 m is too short by this share, at 3 m right"},
+        self.short_at_1m_ratio);
     if (self.flaws.has(Flaw::kTimeOffset))
       v(ParamDoc{"color_delay_s", {0.005, 0.02}, "from depth to the middle row of colour"},
         self.color_delay_s);
@@ -97,6 +108,13 @@ struct FlawSizes {
     v(ParamDoc{"color_shift_y_px", {-3, 3}, "colour is seen so much below depth"}, self.color_shift_y_px);
     v(ParamDoc{"color_baseline_m", {-0.004, 0.004}, "colour camera to the right of where it is registered"},
       self.color_baseline_m);
+  }
+  template <class Self, class Visitor>
+  static void visit_unregistered(Self& self, Visitor& v) {
+    v(ParamDoc{"color_focal_ratio", {-0.1, -0.1}, "colour's focal length over that of depth, minus 1"},
+      self.color_focal_ratio);
+    v(ParamDoc{"color_beside_m", {0.03, 0.03}, "colour camera to the right of the depth camera"},
+      self.color_beside_m);
   }
 };
 

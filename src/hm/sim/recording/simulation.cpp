@@ -29,7 +29,8 @@ Flaws checked_flaws(const std::string& names) {
 }
 
 SensorModel flawed(SensorModel sensor, const FlawSizes& sizes) {
-  if (sizes.flaws.has(Flaw::kDepthBend)) sensor.bias_at_3m_m += sizes.bend_at_3m_m;
+  sensor.bias_at_3m_m += sizes.bend_at_3m_m;
+  sensor.short_at_1m_ratio += sizes.short_at_1m_ratio;
   return sensor;
 }
 
@@ -65,8 +66,8 @@ struct Simulation::Impl {
 
   /// The colour image is taken by another camera than depth, or at another time.
   [[nodiscard]] bool has_own_color() const {
-    constexpr std::array kOfColor = {Flaw::kBlur, Flaw::kRollingShutter, Flaw::kExposure, Flaw::kRegistration,
-                                     Flaw::kTimeOffset};
+    constexpr std::array kOfColor = {Flaw::kBlur,         Flaw::kRollingShutter, Flaw::kExposure,
+                                     Flaw::kRegistration, Flaw::kTimeOffset,     Flaw::kUnregistered};
     return std::ranges::any_of(kOfColor, [&](Flaw flaw) { return sizes.flaws.has(flaw); });
   }
 

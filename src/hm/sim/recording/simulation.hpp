@@ -43,12 +43,15 @@ struct SimulationParams {
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);
     SensorEffects::visit(self.effects, v);
-    v(ParamDoc{"flaws",
-               {},
-               "what real recordings suffer from, separated by commas: blur, rolling_shutter, exposure, "
-               "intrinsics, registration, depth_bend, time_offset, wheel_slip, glass, people, or all",
-               ParamLevel::kBasic},
-      self.flaws);
+    v(
+        ParamDoc{
+            "flaws",
+            {},
+            "what real recordings suffer from, separated by commas: blur, rolling_shutter, exposure, "
+            "intrinsics, registration, depth_bend, time_offset, wheel_slip, glass, people, or all; besides, "
+            "unregistered, short_depth",
+            ParamLevel::kBasic},
+        self.flaws);
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},
       self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);

@@ -192,27 +192,54 @@ TEST(Simulation, IntrinsicsAreNotThoseThatTheRecordingStates) {
     }
 }
 
-TEST(Simulation, DepthBendsWithDistance) {
-  SimulationParams params = small_room();
+/// Asserts that depth with these flaws is `reading` of what it is without, at every pixel.
+template <class Reading>
+void expect_depth_is(SimulationParams params, const char* flaws, const Reading& reading) {
   params.effects = SensorEffects::none();
   params.effects.depth_bias = true;
   const Simulation ideal(params);
-  params.flaws = "depth_bend";
-  const Simulation bent(params);
-  const DepthImage before = ideal.frame(kAt).depth, after = bent.frame(kAt).depth;
-  SensorModel sensor = ideal.sensor();
-  sensor.bias_at_3m_m = bent.flaws().bend_at_3m_m;
+  params.flaws = flaws;
+  const Simulation flawed(params);
+  const DepthImage before = ideal.frame(kAt).depth, after = flawed.frame(kAt).depth;
   double largest_m = 0;
   for (int y = 0; y < 180; ++y)
     for (int x = 0; x < 320; ++x) {
       ASSERT_EQ(after.units(x, y) == 0, before.units(x, y) == 0);
       if (before.units(x, y) == 0) continue;
-      const double error_m = after.depth_m(x, y) - before.depth_m(x, y);
-      ASSERT_NEAR(error_m, depth_bias_m(sensor, x, y, before.depth_m(x, y)), 3e-4);
-      largest_m = std::max(largest_m, std::abs(error_m));
+      ASSERT_NEAR(after.depth_m(x, y), reading(flawed.flaws(), x, y, before.depth_m(x, y)), 3e-4);
+      largest_m = std::max(largest_m, std::abs(after.depth_m(x, y) - before.depth_m(x, y)));
     }
   EXPECT_GT(largest_m, 0.002);
-  EXPECT_TRUE(std::ranges::equal(ideal.frame(kAt).color.pixels(), bent.frame(kAt).color.pixels()));
+  EXPECT_TRUE(std::ranges::equal(ideal.frame(kAt).color.pixels(), flawed.frame(kAt).color.pixels()));
+}
+
+TEST(Simulation, DepthBendsWithDistanceInEitherSense) {
+  bool nearer_corners = false, farther_corners = false;
+  SimulationParams params = small_room();
+  for (params.seed = 1; !nearer_corners || !farther_corners; ++params.seed) {
+    ASSERT_LT(params.seed, 20);
+    expect_depth_is(params, "depth_bend", [&](const FlawSizes& sizes, int x, int y, double depth_m) {
+      (sizes.bend_at_3m_m < 0 ? nearer_corners : farther_corners) = true;
+      SensorModel sensor = sensor_model(params.sensor);
+      sensor.bias_at_3m_m = sizes.bend_at_3m_m;
+      return depth_m + depth_bias_m(sensor, x, y, depth_m);
+    });
+  }
+}
+
+TEST(Simulation, NearDepthIsShort) {
+  expect_depth_is(small_room(), "short_depth", [](const FlawSizes&, int, int, double depth_m) {
+    return 1 / (1.06 / depth_m - 0.02);  // 4 % at 1 m, none at 3 m
+  });
+}
+
+TEST(Simulation, UnregisteredColourIsThatOfAWiderCameraBeside) {
+  const Simulation ideal = walk_with(""), beside = walk_with("unregistered");
+  PinholeCamera camera = beside.camera();
+  camera.fx *= 0.9, camera.fy *= 0.9;
+  const SE3 pose = beside.true_pose(kAt) * SE3(Mat3::Identity(), Vec3(0.03, 0, 0));
+  EXPECT_LT(mean_difference(beside.frame(kAt).color, color_from(beside, camera, pose), 0, 180), 0.01);
+  EXPECT_TRUE(same_depth(ideal, beside));
 }
 
 TEST(Simulation, ExposureAndWhiteBalanceFollowTheSceneWithADelay) {

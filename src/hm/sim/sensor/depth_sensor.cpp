@@ -124,7 +124,7 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
   const NormalTable& normal = normal_table();
   const double least_cosine = effects.grazing_dropout ? std::cos(effects.grazing_limit_rad) : 0.0;
   DepthImage depth{Image<std::uint16_t>(view.depth_m.width(), view.depth_m.height()), kSimulatedDepthUnit_m};
-  const bool biased = effects.depth_bias && sensor.bias_at_3m_m > 0;
+  const bool biased = effects.depth_bias && sensor.bias_at_3m_m != 0;
   for (int y = 0; y < depth.height(); ++y) {
     for (int x = 0; x < depth.width(); ++x) {
       // Every pixel draws two numbers, so that enabling one effect does not change the noise of another.
@@ -140,6 +140,7 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
         continue;
       double z = truth;
       if (biased) z += depth_bias_m(sensor, x, y, truth);
+      z /= 1 + sensor.short_at_1m_ratio * (1.5 - 0.5 * truth);
       if (effects.axial_noise)
         z += effects.kNoiseScaleRatio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
       if (effects.quantisation && sensor.disparity_step_m > 0 && z > 0)

@@ -21,6 +21,9 @@ struct SensorModel {
   double lateral_sigma_px = 0;  ///< at depth edges
   double disparity_step_m = 0;  ///< 1/z is rounded to multiples of 1/disparity_step_m (0: no rounding)
   double bias_at_3m_m = 0;      ///< largest per-pixel bias at 3 m (quadratic in z)
+  /// Readings are too short by this share at 1 m and right at 3 m, linearly in disparity: 1/z is read as
+  /// (1 + 1.5 r)/z - 0.5 r.
+  double short_at_1m_ratio = 0;
 };
 SensorModel sensor_model(SensorPreset preset);
 
