@@ -8,8 +8,11 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
@@ -17,7 +20,7 @@
 namespace hm {
 namespace {
 
-enum class Format { kTum, kEuroc, kKitti };
+enum class Format { kTum, kEuroc, kKitti, kMatrices, kRedwood };
 
 constexpr double kQuaternionTolerance = 1e-2;
 
@@ -26,6 +29,13 @@ std::optional<Time> parse_nanoseconds(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return Time{ns};
+}
+
+std::optional<std::uint32_t> parse_frame_number(std::string_view text) {
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
 }
 
 /// tx ty tz qx qy qz qw, qw >= 0.
@@ -46,7 +56,7 @@ class TrajectoryReader {
  public:
   explicit TrajectoryReader(const TextFile& file) : file_(file) {}
 
-  Result<Trajectory> read() {
+  Result<PoseFile> read() {
     for (const std::string_view comment : file_.comments())
       if (comment.starts_with("#timestamp") && comment.find(',') != std::string_view::npos)
         format_ = Format::kEuroc;
@@ -55,7 +65,8 @@ class TrajectoryReader {
       if (const auto added = add(line.text); !added) return forward_error(added);
     }
     if (trajectory_.empty()) return fail(ErrorCode::kCorrupted, file_.where(), "holds no pose");
-    return std::move(trajectory_);
+    if (frame_) return fail(ErrorCode::kCorrupted, where_, "the last matrix is cut off");
+    return PoseFile{std::move(trajectory_), format_ == Format::kTum || format_ == Format::kEuroc};
   }
 
  private:
@@ -64,18 +75,51 @@ class TrajectoryReader {
   Result<void> add(std::string_view line) {
     const Row row = format_ == Format::kEuroc ? cells(line, ',') : words(line);
     if (!format_) {
-      if (row.size() == 8) format_ = Format::kTum;
-      if (row.size() == 12) format_ = Format::kKitti;
+      format_ = format_of(row.size());
       if (!format_)
-        return fail(
-            ErrorCode::kCorrupted, where_,
-            "{} columns where a trajectory has 8 (TUM) or 12 (KITTI), or starts with '#timestamp' (EuRoC)",
-            row.size());
+        return fail(ErrorCode::kCorrupted, where_,
+                    "{} columns where a trajectory has 8 (TUM), 12 (KITTI), 16 (Replica) or 3 (Redwood), or "
+                    "starts with '#timestamp' (EuRoC)",
+                    row.size());
     }
-    const std::size_t wanted = *format_ == Format::kKitti ? 12 : 8;
+    if (*format_ == Format::kRedwood) return add_redwood(row);
+    const std::size_t wanted = *format_ == Format::kKitti ? 12 : *format_ == Format::kMatrices ? 16 : 8;
     if (row.size() < wanted || (row.size() > wanted && *format_ != Format::kEuroc))
       return fail(ErrorCode::kCorrupted, where_, "{} columns instead of {}", row.size(), wanted);
-    return *format_ == Format::kKitti ? add_matrix(row) : add_quaternion(row);
+    return wanted == 8 ? add_quaternion(row) : add_matrix(row, trajectory_.size());
+  }
+
+  static std::optional<Format> format_of(std::size_t columns) {
+    switch (columns) {
+      case 8:
+        return Format::kTum;
+      case 12:
+        return Format::kKitti;
+      case 16:
+        return Format::kMatrices;
+      case 3:
+        return Format::kRedwood;
+      default:
+        return std::nullopt;
+    }
+  }
+
+  /// A line of a block: the frame's number with two others, then the rows of the matrix.
+  Result<void> add_redwood(const Row& row) {
+    if (!frame_) {
+      if (row.size() != 3)
+        return fail(ErrorCode::kCorrupted, where_, "{} columns instead of 3: a matrix begins with its frame",
+                    row.size());
+      frame_ = parse_frame_number(row[0]);
+      if (!frame_) return fail(ErrorCode::kCorrupted, where_, "'{}' is no frame number", row[0]);
+      return {};
+    }
+    if (row.size() != 4)
+      return fail(ErrorCode::kCorrupted, where_, "{} columns instead of 4 in a matrix", row.size());
+    rows_.insert(rows_.end(), row.begin(), row.end());
+    if (rows_.size() < 16) return {};
+    const Row whole = std::exchange(rows_, {});
+    return add_matrix(whole, *std::exchange(frame_, std::nullopt));
   }
 
   Result<void> add_quaternion(const Row& row) {
@@ -93,19 +137,19 @@ class TrajectoryReader {
     return append({*stamp, pose_of_tum(v)});
   }
 
-  Result<void> add_matrix(const Row& row) {
-    std::array<double, 12> v{};
-    if (const auto read = numbers(row, 0, v); !read) return read;
-    Mat4 matrix = Mat4::Identity();
-    for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = v[static_cast<std::size_t>(i)];
+  /// 12 or 16 numbers, row by row.
+  Result<void> add_matrix(const Row& row, std::size_t frame) {
+    std::array<double, 16> v{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    if (const auto read = numbers(row, 0, std::span(v).first(row.size())); !read) return read;
+    Mat4 matrix;
+    for (int i = 0; i < 16; ++i) matrix(i / 4, i % 4) = v[static_cast<std::size_t>(i)];
     const auto pose = SE3::from_matrix(matrix);
     if (!pose) return fail(pose.error().code, where_, "{}", pose.error().message);
-    return append({Time::from_seconds(static_cast<double>(trajectory_.size())), *pose});
+    return append({Time::from_seconds(static_cast<double>(frame)), *pose});
   }
 
-  template <std::size_t N>
-  Result<void> numbers(const Row& row, std::size_t first, std::array<double, N>& out) {
-    for (std::size_t i = 0; i < N; ++i) {
+  Result<void> numbers(const Row& row, std::size_t first, std::span<double> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
       const auto value = parse_number(row[first + i]);
       if (!value || !std::isfinite(*value))
         return fail(ErrorCode::kCorrupted, where_, "'{}' is no finite number", row[first + i]);
@@ -127,6 +171,8 @@ class TrajectoryReader {
   std::string where_;  ///< the line that is being read
   std::optional<Format> format_;
   Trajectory trajectory_;
+  std::optional<std::uint32_t> frame_;  ///< Redwood: whose matrix is being read
+  Row rows_;                            ///< what has been read of it
 };
 
 /// Appends a number with 9 decimals, zero without sign.
@@ -136,10 +182,16 @@ void append_decimals(fmt::memory_buffer& out, double value) {
 
 }  // namespace
 
-Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
+Result<PoseFile> read_pose_file(const std::filesystem::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
   return TrajectoryReader(*file).read();
+}
+
+Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
+  auto file = read_pose_file(path);
+  if (!file) return forward_error(file);
+  return std::move(file->poses);
 }
 
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {

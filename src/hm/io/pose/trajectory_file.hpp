@@ -11,13 +11,25 @@ namespace hm {
 ///   TUM    `stamp tx ty tz qx qy qz qw`, seconds and metres, separated by blanks
 ///   EuRoC  comma separated, a header line that starts with `#timestamp` and stamps in nanoseconds; the
 ///          quaternion's real part comes first. Columns after the eighth are ignored.
-///   KITTI  12 numbers, the upper three rows of the 4x4 matrix row by row; it has no stamps, so pose i gets
-///          i seconds
+///   KITTI  12 numbers, the upper three rows of the 4x4 matrix row by row
+///   Replica  16 numbers, the 4x4 matrix row by row
+///   Redwood  (Open3D's .log) a line of three integers, the first of them the number of the frame, and four
+///   of
+///          four numbers
+///
+/// The last three have no stamps: pose i gets i seconds.
 ///
 /// Comments (#), blank lines and CRLF are skipped. Errors name file:line: a wrong number of columns, a number
 /// that is not finite, a quaternion that is not of length 1 (within 1 %), a matrix that is not rigid, stamps
 /// that do not increase, no pose at all. Decimal stamps are read exactly, to the nanosecond.
 Result<Trajectory> read_trajectory(const std::filesystem::path& path);
+
+/// The same with what the stamps are.
+struct PoseFile {
+  Trajectory poses;
+  bool has_stamps = true;  ///< false: they are the numbers of the frames
+};
+Result<PoseFile> read_pose_file(const std::filesystem::path& path);
 
 /// Writes the TUM format atomically: 9 decimals, single spaces, no comment, quaternions with qw >= 0.
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory);

@@ -6,10 +6,15 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <map>
+#include <span>
+#include <utility>
 
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/pose/pose_matrix_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
 
 namespace hm::detail {
 namespace {
@@ -88,26 +93,38 @@ std::optional<Time> time_of(std::string_view stem, NameUnit unit, double rate_hz
   return Time{ns};
 }
 
-std::vector<fs::path> images_in(const fs::path& folder) {
-  std::vector<fs::path> images;
+/// Images of one kind: in a folder of their own, or with a word before their numbers.
+struct Stream {
+  std::string_view folder, word = {};
+};
+constexpr std::array kDepthStreams{Stream{"depth"}, Stream{"results", "depth"}};
+constexpr std::array kColorStreams{Stream{"rgb"},   Stream{"color"},  Stream{"colour"},
+                                   Stream{"image"}, Stream{"images"}, Stream{"results", "frame"}};
+constexpr std::array kPoseStreams{Stream{"pose"}, Stream{"poses"}};
+
+std::vector<fs::path> files_of(const fs::path& recording, const Stream& stream,
+                               bool (*is_kind)(const fs::path&)) {
+  std::vector<fs::path> files;
   std::error_code code;
-  for (auto at = fs::directory_iterator(folder, code); !code && at != end(at); at.increment(code))
-    if (is_image(at->path())) images.push_back(at->path());
-  return images;
+  for (auto at = fs::directory_iterator(recording / stream.folder, code); !code && at != end(at);
+       at.increment(code))
+    if (is_kind(at->path()) && at->path().filename().string().starts_with(stream.word))
+      files.push_back(at->path());
+  return files;
 }
 
 /// Images of one stream by increasing time; names that are not numbers and repeated times are counted.
-ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
+ImageList list_stream(const fs::path& recording, const Stream& stream, NameUnit unit, double rate_hz) {
   ImageList list;
-  const std::string name = stream.filename().string();
+  const std::string name(stream.folder);
   SkippedLines malformed{SkippedLines::Reason::kMalformed, name, 0, 0, "image"};
   SkippedLines repeated{SkippedLines::Reason::kStampNotIncreasing, name, 0, 0, "image"};
-  for (const fs::path& path : images_in(stream)) {
+  for (const fs::path& path : files_of(recording, stream, is_image)) {
     const std::string stem = path.stem().string();
     const std::string_view number = number_in(stem);
     const auto stamp = number.empty() ? std::nullopt : time_of(number, unit, rate_hz);
     if (stamp)
-      list.images.push_back({*stamp, (stream.filename() / path.filename()).string()});
+      list.images.push_back({*stamp, (fs::path(name) / path.filename()).string()});
     else if (malformed.count++ == 0)
       malformed.place = path.filename().string();
   }
@@ -125,9 +142,9 @@ ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
 }
 
 /// Most frequent unit of the names, since numbers in one folder may differ in length.
-std::optional<NameUnit> unit_of_names(const fs::path& stream) {
+std::optional<NameUnit> unit_of_names(const std::vector<fs::path>& files) {
   std::array<std::size_t, 5> votes{};
-  for (const fs::path& path : images_in(stream)) {
+  for (const fs::path& path : files) {
     const std::string stem = path.stem().string();
     if (const std::string_view number = number_in(stem); !number.empty())
       ++votes[static_cast<std::size_t>(unit_of(number))];
@@ -137,33 +154,93 @@ std::optional<NameUnit> unit_of_names(const fs::path& stream) {
   return static_cast<NameUnit>(most - votes.begin());
 }
 
+struct FoundStream {
+  Stream stream;
+  NameUnit unit;
+};
+/// The first of these streams that has images with numbers.
+std::optional<FoundStream> first_of(const fs::path& recording, std::span<const Stream> streams) {
+  for (const Stream& stream : streams)
+    if (const auto unit = unit_of_names(files_of(recording, stream, is_image)))
+      return FoundStream{stream, *unit};
+  return std::nullopt;
+}
+
+bool is_text(const fs::path& path) { return lower_extension(path) == ".txt"; }
+
+/// One matrix a file; empty where the stream has none.
+PoseList read_matrices(const fs::path& recording, const Stream& stream, double rate_hz) {
+  const std::vector<fs::path> files = files_of(recording, stream, is_text);
+  PoseList list;
+  const auto unit = unit_of_names(files);
+  if (!unit) return list;
+  std::map<Time, fs::path> by_time;
+  for (const fs::path& path : files) {
+    const std::string stem = path.stem().string();
+    if (const auto stamp = time_of(number_in(stem), *unit, rate_hz)) by_time.emplace(*stamp, path);
+  }
+  std::map<SkippedLines::Reason, SkippedLines> skipped;
+  for (const auto& [stamp, path] : by_time) {
+    const auto pose = read_pose_matrix(path);
+    if (pose) {
+      list.poses.push_back({stamp, *pose});
+      continue;
+    }
+    const SkippedLines::Reason reason = skip_reason(pose.error());
+    if (reason == SkippedLines::Reason::kNotFinite) list.lost.push_back(stamp);
+    const SkippedLines first{reason, std::string(stream.folder), 0, 0, "pose", path.filename().string()};
+    ++skipped.try_emplace(reason, first).first->second.count;
+  }
+  for (const auto& [reason, lines] : skipped) list.skipped.push_back(lines);
+  return list;
+}
+
+/// Poses of a text file; those without stamps belong to the frames by their number.
+Result<PoseList> read_trajectory_list(const fs::path& path, double rate_hz) {
+  auto file = read_pose_file(path);
+  if (!file) return forward_error(file);
+  if (!file->has_stamps)
+    for (StampedPose& pose : file->poses) pose.stamp = Time::from_seconds(pose.stamp.seconds() / rate_hz);
+  return PoseList{std::move(file->poses), {}, {}};
+}
+
 }  // namespace
 
 bool has_named_images(const fs::path& folder) {
   for (const char* list : {"depth.txt", "associations.txt", "associated.txt", "associate.txt"})
     if (is_file(folder / list)) return false;
-  return unit_of_names(folder / "depth").has_value();
+  return first_of(folder, kDepthStreams).has_value();
 }
 
 Result<NamedImages> list_named_images(const fs::path& folder, double rate_hz) {
-  const auto unit = unit_of_names(folder / "depth");
-  if (!unit)
-    return fail(ErrorCode::kNotFound, folder / "depth", "no image that is named by a stamp or a number");
+  const auto depth = first_of(folder, kDepthStreams);
+  if (!depth)
+    return fail(ErrorCode::kNotFound, folder / kDepthStreams[0].folder,
+                "no image that is named by a stamp or a number");
   NamedImages named;
-  named.has_stamps = *unit != NameUnit::kFrames;
-  named.lists.depth = list_stream(folder / "depth", *unit, rate_hz);
-  std::string color = "no colour: there is no rgb, color, colour, image or images beside it";
-  for (const char* name : {"rgb", "color", "colour", "image", "images"}) {
-    const auto color_unit = unit_of_names(folder / name);
-    if (!color_unit) continue;
-    named.lists.color = list_stream(folder / name, *color_unit, rate_hz);
-    color = fmt::format("colour from {}/", name);
-    break;
+  named.has_stamps = depth->unit != NameUnit::kFrames;
+  named.lists.depth = list_stream(folder, depth->stream, depth->unit, rate_hz);
+  std::string color_note = "no colour: there is no rgb, color, colour, image or images beside it";
+  if (const auto color = first_of(folder, kColorStreams)) {
+    named.lists.color = list_stream(folder, color->stream, color->unit, rate_hz);
+    color_note = fmt::format("colour from {}/", color->stream.folder);
   }
-  named.note =
-      fmt::format("no depth.txt: depth images of depth/ by their names, read as {}{}; {}", to_words(*unit),
-                  named.has_stamps ? "" : fmt::format(" at {:g} Hz", rate_hz), color);
+  named.note = fmt::format("no depth.txt: depth images of {}/ by their names, read as {}{}; {}",
+                           depth->stream.folder, to_words(depth->unit),
+                           named.has_stamps ? "" : fmt::format(" at {:g} Hz", rate_hz), color_note);
   return named;
+}
+
+Result<std::optional<NamedPoses>> find_named_poses(const fs::path& folder, double rate_hz) {
+  for (const Stream& stream : kPoseStreams) {
+    PoseList list = read_matrices(folder, stream, rate_hz);
+    if (!list.poses.empty() || !list.skipped.empty())
+      return NamedPoses{std::move(list), fmt::format("{}/", stream.folder)};
+  }
+  if (!is_file(folder / "traj.txt")) return std::nullopt;
+  auto list = read_trajectory_list(folder / "traj.txt", rate_hz);
+  if (!list) return forward_error(list);
+  return NamedPoses{std::move(*list), "traj.txt"};
 }
 
 }  // namespace hm::detail

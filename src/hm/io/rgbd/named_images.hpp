@@ -1,11 +1,14 @@
 #pragma once
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "hm/io/bytes/stamped_list.hpp"
 
 namespace hm::detail {
 
-/// True for a folder with images in depth/ named by stamps or numbers, and without a list of them.
+/// True for a folder with depth images named by stamps or numbers, in depth/ or as Replica's results/depth*,
+/// and without a list of them.
 bool has_named_images(const std::filesystem::path& folder);
 
 /// Images of a recording without lists, and a description of how their names were interpreted.
@@ -14,9 +17,21 @@ struct NamedImages {
   bool has_stamps = true;  ///< false: names are frame numbers
   std::string note;
 };
-/// Lists depth/ and one of rgb/, color/, colour/, image/, images/ by file names: seconds
-/// ("1305031102.175304"), integer nano-, micro- or milliseconds (19, 16 or 13 digits), else frame numbers at
-/// this rate. Other names are counted as malformed. Error: no usable name in depth/.
+/// Lists depth/ and one of rgb/, color/, colour/, image/, images/ by file names, or results/depth* and
+/// results/frame* (Replica): seconds ("1305031102.175304"), integer nano-, micro- or milliseconds (19, 16 or
+/// 13 digits), else frame numbers at this rate. Other names are counted as malformed. Error: no usable name
+/// of a depth image.
 Result<NamedImages> list_named_images(const std::filesystem::path& folder, double rate_hz);
+
+/// Poses beside named images.
+struct NamedPoses {
+  PoseList list;
+  std::string source;  ///< "pose/", "traj.txt"
+};
+/// Reads the poses of named images where other programs leave them: a 4x4 matrix (T_world_camera) for each
+/// image in pose/ or poses/, named as the images (ScanNet); traj.txt, whose k-th pose is that of frame k
+/// where it has no stamps (Replica). Matrices that are no poses are counted, those that are not finite as
+/// lost. Nothing: neither is there. Error: traj.txt cannot be read.
+Result<std::optional<NamedPoses>> find_named_poses(const std::filesystem::path& folder, double rate_hz);
 
 }  // namespace hm::detail

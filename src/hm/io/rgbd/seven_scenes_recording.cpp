@@ -3,10 +3,10 @@
 #include <cmath>
 #include <map>
 
-#include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/pose/pose_matrix_file.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
-/// 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
+/// 7-Scenes: frame-XXXXXX.depth.png (or .pgm), .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
 /// subfolders.
 namespace hm::detail {
 namespace {
@@ -29,6 +29,9 @@ std::optional<std::pair<std::uint64_t, std::string>> number_and_suffix(const std
   return std::pair{std::stoull(digits), name.substr(dot)};
 }
 
+/// 3RScan has the same names, with depth as PGM.
+bool is_depth(std::string_view suffix) { return suffix == ".depth.png" || suffix == ".depth.pgm"; }
+
 FramesByNumber frames_in(const fs::path& folder) {
   FramesByNumber frames;
   std::error_code ignored;
@@ -36,7 +39,7 @@ FramesByNumber frames_in(const fs::path& folder) {
     const auto name = number_and_suffix(entry.path().filename().string());
     if (!name) continue;
     const auto& [number, suffix] = *name;
-    if (suffix == ".depth.png") frames[number].depth = entry.path();
+    if (is_depth(suffix)) frames[number].depth = entry.path();
     if (suffix == ".color.png" || suffix == ".color.jpg" || suffix == ".color.jpeg")
       frames[number].color = entry.path();
     if (suffix == ".pose.txt") frames[number].pose = entry.path();
@@ -52,7 +55,7 @@ std::vector<fs::path> sequences_of(const fs::path& folder) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("seq-") && entry.is_directory(ignored)) sequences.push_back(entry.path());
     const auto frame = number_and_suffix(name);
-    if (frame && frame->second == ".depth.png") return {folder};
+    if (frame && is_depth(frame->second)) return {folder};
   }
   std::ranges::sort(sequences);
   return sequences;
@@ -68,36 +71,12 @@ bool is_of_seven_scenes(const fs::path& folder) {
          });
 }
 
-/// Reads a 4x4 camera-to-world matrix; the error code gives the reason for a missing pose.
-Result<SE3> read_pose_matrix(const fs::path& path) {
-  const auto file = TextFile::read(path);
-  if (!file) return forward_error(file);
-  Mat4 matrix;
-  Eigen::Index count = 0;
-  for (const TextLine& line : file->lines()) {
-    for (const std::string_view word : words(line.text)) {
-      const auto number = parse_number(word);
-      if (!number) return fail(ErrorCode::kCorrupted, file->where(line), "`{}` is not a number", word);
-      if (count == 16) return fail(ErrorCode::kCorrupted, file->where(line), "more than 16 numbers");
-      matrix(count / 4, count % 4) = *number;
-      ++count;
-    }
-  }
-  if (count != 16) return fail(ErrorCode::kCorrupted, path, "expected 16 numbers, found {}", count);
-  auto pose = SE3::from_matrix(matrix);
-  if (!pose) pose.error().where = path.string();
-  return pose;
-}
-
 /// Reads the pose of a frame; missing and invalid ones are counted, and the first of each reason is reported.
 std::optional<SE3> pose_of(const FrameFiles& files, RecordingInfo& info) {
   if (files.pose.empty()) return std::nullopt;
   const auto pose = read_pose_matrix(files.pose);
   if (pose) return *pose;
-  const bool not_finite = pose.error().message.find("NaN") != std::string::npos;
-  const auto reason = pose.error().code != ErrorCode::kInvalidValue ? SkippedLines::Reason::kMalformed
-                      : not_finite                                  ? SkippedLines::Reason::kNotFinite
-                                                                    : SkippedLines::Reason::kNotRigid;
+  const auto reason = skip_reason(pose.error());
   for (SkippedLines& known : info.skipped) {
     if (known.reason != reason) continue;
     ++known.count;
@@ -131,7 +110,7 @@ bool looks_like_seven_scenes(const fs::path& folder) {
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(sequence, ignored)) {
       const auto name = number_and_suffix(entry.path().filename().string());
-      if (name && name->second == ".depth.png") return true;
+      if (name && is_depth(name->second)) return true;
     }
   }
   return false;

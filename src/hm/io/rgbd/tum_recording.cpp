@@ -79,6 +79,22 @@ Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, con
   return given;
 }
 
+/// Those of the folder's lists, else those that other programs leave beside named images.
+Result<PoseList> poses_in(const fs::path& folder, double rate_hz, RecordingInfo& info) {
+  const fs::path device = folder / "poses.txt", truth = folder / "groundtruth.txt";
+  if (!is_file(device) && !is_file(truth) && has_named_images(folder)) {
+    auto named = find_named_poses(folder, rate_hz);
+    if (!named) add_note(info, "poses are not used: " + to_string(named.error()));
+    if (named && *named) {
+      add_skipped(info, (*named)->list.skipped);
+      info.trajectory = (*named)->list.poses;
+      info.trajectory_source = (*named)->source;
+      return std::move((*named)->list);
+    }
+  }
+  return choose_poses(device, truth, {}, info);
+}
+
 std::vector<Time> stamps_of(const ImageList& list) {
   std::vector<Time> stamps;
   for (const StampedImage& picture : list.images) stamps.push_back(picture.stamp);
@@ -190,7 +206,7 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   if (!rate) return forward_error(rate);
   const auto lists = read_tum_lists(folder, *rate, listing.info);
   if (!lists) return forward_error(lists);
-  const auto poses = choose_poses(folder / "poses.txt", folder / "groundtruth.txt", {}, listing.info);
+  const auto poses = poses_in(folder, *rate, listing.info);
   if (!poses) return forward_error(poses);
   if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
   add_imu(listing.info);
