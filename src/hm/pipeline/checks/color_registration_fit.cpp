@@ -23,8 +23,12 @@ constexpr double kBorder_ratio = 0.1;
 constexpr int kMostGap_px = 4;
 constexpr std::size_t kBordersPerFrame = 3000;
 constexpr std::size_t kMinBorders = 2000;
-/// Less gain may be chance; registered recordings have 1.0 to 1.1.
-constexpr double kMinGain_ratio = 1.3;
+/// Less gain may be chance: registered recordings have 1.0 to 1.1, but a second of one up to 1.7.
+constexpr double kMinGain_ratio = 1.5;
+constexpr double kMinSpan_s = 1.5;
+/// So much is gained in three quarters of the image's tiles that have borders.
+constexpr std::size_t kMinBordersOfTile = 50;
+constexpr double kMinTileGain_ratio = 1.15;
 /// Halves of the frames must agree to so much, and the registration must move pixels by as much as that, at
 /// the corners of the image and the median depth.
 constexpr double kSame_px = 4;
@@ -163,6 +167,26 @@ double median_inverse_depth(const std::vector<Border>& borders) {
   return middle_value(std::span(values));
 }
 
+/// Gain of a registration that is exceeded in three quarters of the image's tiles; 0 where too few of them
+/// have borders.
+double gain_all_over(const Borders& borders, const ColorRegistration& registration,
+                     const PinholeCamera& camera) {
+  std::array<std::vector<Border>, ImageTiles::kCount> tiles;
+  for (const Border& border : borders.all)
+    tiles[ImageTiles::at(border.pixel.x(), border.pixel.y(), camera.width, camera.height)].push_back(border);
+  std::vector<double> gains;
+  for (const std::vector<Border>& tile : tiles)
+    if (tile.size() >= kMinBordersOfTile)
+      gains.push_back(score(borders, tile, registration) / std::max(1e-9, score(borders, tile, {})));
+  if (gains.size() < ImageTiles::kMinSeen) return 0;
+  std::ranges::nth_element(gains, gains.begin() + static_cast<std::ptrdiff_t>(gains.size() / 4));
+  return gains[gains.size() / 4];
+}
+
+double span_s(const RecordingInfo& info) {
+  return info.stamps.empty() ? 0 : (info.stamps.back() - info.stamps.front()).seconds();
+}
+
 /// Those of every other image.
 std::vector<Border> half_of(const std::vector<Border>& borders, std::size_t parity) {
   std::vector<Border> half;
@@ -195,6 +219,7 @@ class RegisteredRecording final : public Recording {
 }  // namespace
 
 std::optional<FittedRegistration> fit_color_registration(const Recording& recording) {
+  if (span_s(recording.info()) < kMinSpan_s) return std::nullopt;
   const Borders borders = borders_of(recording);
   if (borders.all.size() < kMinBorders) return std::nullopt;
   constexpr std::size_t kCoarseBorders = 4000;
@@ -204,6 +229,7 @@ std::optional<FittedRegistration> fit_color_registration(const Recording& record
   const double gain = before > 0 ? score(borders, borders.all, best) / before : 0;
   if (gain < kMinGain_ratio) return std::nullopt;
   const PinholeCamera camera = recording.camera();
+  if (gain_all_over(borders, best, camera) < kMinTileGain_ratio) return std::nullopt;
   const double inverse_depth = median_inverse_depth(borders.all);
   if (distance_px(best, {}, camera, inverse_depth) < kSame_px) return std::nullopt;
   for (const std::size_t parity : {0, 1}) {

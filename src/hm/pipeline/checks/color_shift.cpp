@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kMaxEdgesPerFrame = 4000;
 constexpr std::size_t kScaledEdgesPerFrame = 1000;
 constexpr std::size_t kMinEdges = 500;
+constexpr std::size_t kMinEdgesOfTile = 20;
 
 int luminance(const Rgb8& c) { return (77 * c.r + 150 * c.g + 29 * c.b) >> 8; }
 
@@ -63,6 +64,7 @@ void ColorShiftEstimator::add(const RgbdFrame& frame) {
     for (int x = kReach_px; x + kReach_px < depth.width(); ++x)
       if (is_edge(depth(x - 1, y), depth(x + 1, y)) || is_edge(depth(x, y - 1), depth(x, y + 1)))
         edges.emplace_back(x, y);
+  for (const auto& [x, y] : edges) ++edges_of_tile_[ImageTiles::at(x, y, depth.width(), depth.height())];
   const Image<std::uint8_t> colors = color_gradient(frame.color);
   add_scales(edges, colors);
   const std::size_t step = edges.size() / kMaxEdgesPerFrame + 1;
@@ -92,7 +94,11 @@ std::optional<ColorShift> ColorShiftEstimator::best_scaled() const {
 
 ColorShift ColorShiftEstimator::best() const {
   constexpr std::size_t kMiddle = static_cast<std::size_t>(kSide * kSide / 2);
-  if (edges_ < kMinEdges || sums_[kMiddle] <= 0) return {};
+  const auto seen_tiles =
+      std::ranges::count_if(edges_of_tile_, [](std::size_t edges) { return edges >= kMinEdgesOfTile; });
+  if (edges_ < kMinEdges || static_cast<std::size_t>(seen_tiles) < ImageTiles::kMinSeen ||
+      sums_[kMiddle] <= 0)
+    return {};
   if (const auto scaled = best_scaled()) return *scaled;
   const auto most = static_cast<int>(std::ranges::max_element(sums_) - sums_.begin());
   return {most % kSide - kReach_px, most / kSide - kReach_px,

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,17 @@ namespace hm {
 /// edges of texture do not outvote the rest.
 Image<std::uint8_t> color_gradient(const Image<Rgb8>& color);
 
+/// Tiles of an image. Edges of one thing may match the borders of another by chance: what is right shows in
+/// most of the tiles, and needs at least half of them.
+struct ImageTiles {
+  static constexpr int kAcross = 6, kDown = 4;
+  static constexpr std::size_t kCount = kAcross * kDown, kMinSeen = 12;
+  [[nodiscard]] static std::size_t at(double x, double y, int width, int height) {
+    return static_cast<std::size_t>(static_cast<int>(y * kDown / height) * kAcross +
+                                    static_cast<int>(x * kAcross / width));
+  }
+};
+
 /// Finds the shift and scale between colour and depth: sums the colour gradient found at depth edges for
 /// every shift of up to kReach_px pixels, and for scales about the image's middle, which two cameras of
 /// different focal lengths have. Where colour is registered the sum is largest at no shift and scale 1.
@@ -22,7 +34,7 @@ class ColorShiftEstimator {
   ColorShiftEstimator();
   /// Takes a frame into account; frames without colour are ignored.
   void add(const RgbdFrame& frame);
-  /// The best shift so far; none, with gain 1, when there were too few edges.
+  /// The best shift so far; none, with gain 1, when there were too few edges, or only in some of the image.
   [[nodiscard]] ColorShift best() const;
 
  private:
@@ -35,6 +47,7 @@ class ColorShiftEstimator {
   std::vector<double> scaled_sums_;  ///< [scale][down][right], coarse shifts
   double scaled_none_ = 0;           ///< of the same edges at no shift and scale 1
   std::size_t edges_ = 0;
+  std::array<std::size_t, ImageTiles::kCount> edges_of_tile_{};
 };
 
 }  // namespace hm
