@@ -19,6 +19,9 @@ Result<ImageSize> png_size(std::span<const std::uint8_t> bytes, const std::strin
 Result<Image<Rgb8>> decode_png_color(std::span<const std::uint8_t> bytes, const std::string& where);
 Result<Image<std::uint16_t>> decode_png_gray16(std::span<const std::uint8_t> bytes, const std::string& where);
 
+bool is_pgm(std::span<const std::uint8_t> bytes);
+Result<ImageSize> pgm_size(std::span<const std::uint8_t> bytes, const std::string& where);
+
 Result<ImageSize> jpeg_size(std::span<const std::uint8_t> bytes, const std::string& where);
 Result<Image<Rgb8>> decode_jpeg(std::span<const std::uint8_t> bytes, const std::string& where);
 

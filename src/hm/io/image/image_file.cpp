@@ -50,6 +50,7 @@ Result<Image<std::uint16_t>> decode_depth_png(std::span<const std::uint8_t> byte
 Result<ImageSize> read_image_size(const std::filesystem::path& path) {
   const auto bytes = read_file_bytes(path);
   if (!bytes) return forward_error(bytes);
+  if (detail::is_pgm(*bytes)) return detail::pgm_size(*bytes, path);
   const ImageFormat format = format_of(*bytes);
   if (format == ImageFormat::kPng) return detail::png_size(*bytes, path);
   if (format == ImageFormat::kJpeg) return detail::jpeg_size(*bytes, path);
@@ -71,8 +72,7 @@ Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path) {
 Result<Image<std::uint16_t>> read_depth_image(const std::filesystem::path& path) {
   const auto bytes = read_file_bytes(path);
   if (!bytes) return forward_error(bytes);
-  const bool is_pgm = bytes->size() >= 2 && (*bytes)[0] == 'P' && (*bytes)[1] == '5';
-  auto depth = is_pgm ? decode_depth_pgm(*bytes, path) : decode_depth_png(*bytes, path);
+  auto depth = detail::is_pgm(*bytes) ? decode_depth_pgm(*bytes, path) : decode_depth_png(*bytes, path);
   if (depth) std::ranges::replace(depth->pixels(), std::uint16_t{65535}, std::uint16_t{0});
   return depth;
 }

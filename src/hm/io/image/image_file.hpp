@@ -25,7 +25,7 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// Size of a PNG or JPEG from its header, without decoding it.
+/// Size of a PNG, JPEG or binary PGM from its header, without decoding it.
 Result<ImageSize> read_image_size(const std::filesystem::path& path);
 
 /// Reads a PNG (any bit depth, palette, gray; alpha is dropped) or JPEG file as 8-bit colour. The format is

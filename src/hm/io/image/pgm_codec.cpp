@@ -35,10 +35,13 @@ class PgmHeader {
   std::size_t at_ = 2;  // behind "P5"
 };
 
-}  // namespace
-
-Result<Image<std::uint16_t>> decode_depth_pgm(std::span<const std::uint8_t> bytes, const std::string& where) {
-  if (bytes.size() < 2 || bytes[0] != 'P' || bytes[1] != '5')
+struct PgmLayout {
+  ImageSize size;
+  int largest = 0;
+  std::size_t begin = 0;  ///< of the pixels
+};
+Result<PgmLayout> read_layout(std::span<const std::uint8_t> bytes, const std::string& where) {
+  if (!detail::is_pgm(bytes))
     return fail(ErrorCode::kUnsupported, where, "no binary PGM (by its first bytes)");
   PgmHeader header(bytes);
   const auto width = header.number(), height = header.number(), largest = header.number();
@@ -46,15 +49,34 @@ Result<Image<std::uint16_t>> decode_depth_pgm(std::span<const std::uint8_t> byte
     return fail(ErrorCode::kCorrupted, fmt::format("{}: byte {}", where, header.at()),
                 "a PGM's header has width, height and largest value");
   if (auto size = detail::check_image_size(*width, *height, where); !size) return forward_error(size);
-  if (*largest <= 255 || *largest > 65535)
+  return PgmLayout{{*width, *height}, *largest, header.at() + 1};  // one white space ends the header
+}
+
+}  // namespace
+
+bool detail::is_pgm(std::span<const std::uint8_t> bytes) {
+  return bytes.size() >= 2 && bytes[0] == 'P' && bytes[1] == '5';
+}
+
+Result<ImageSize> detail::pgm_size(std::span<const std::uint8_t> bytes, const std::string& where) {
+  const auto layout = read_layout(bytes, where);
+  if (!layout) return forward_error(layout);
+  return layout->size;
+}
+
+Result<Image<std::uint16_t>> decode_depth_pgm(std::span<const std::uint8_t> bytes, const std::string& where) {
+  const auto layout = read_layout(bytes, where);
+  if (!layout) return forward_error(layout);
+  const auto [width, height] = layout->size;
+  if (layout->largest <= 255 || layout->largest > 65535)
     return fail(ErrorCode::kUnsupported, where,
-                "a depth image must be 16-bit gray; this PGM's largest value is {}", *largest);
-  const std::size_t begin = header.at() + 1;  // one white space ends the header
-  const std::size_t pixels = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
+                "a depth image must be 16-bit gray; this PGM's largest value is {}", layout->largest);
+  const std::size_t begin = layout->begin;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   if (bytes.size() < begin + 2 * pixels)
     return fail(ErrorCode::kTruncated, fmt::format("{}: byte {}", where, bytes.size()),
-                "the file ends here; {} x {} pixels need {} bytes", *width, *height, begin + 2 * pixels);
-  Image<std::uint16_t> image(*width, *height);
+                "the file ends here; {} x {} pixels need {} bytes", width, height, begin + 2 * pixels);
+  Image<std::uint16_t> image(width, height);
   for (std::size_t i = 0; i < pixels; ++i)
     image.data()[i] = static_cast<std::uint16_t>(bytes[begin + 2 * i] << 8U | bytes[begin + 2 * i + 1]);
   return image;

@@ -1,5 +1,6 @@
 #include "hm/io/pose/trajectory_file.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <regex>
@@ -60,6 +61,53 @@ TEST(TrajectoryFile, AsInTumFileIsToTheBitWhatIsReadBack) {
     EXPECT_EQ(rounded[i].stamp, (*read)[i].stamp);
     EXPECT_EQ(rounded[i].T_world_base.matrix(), (*read)[i].T_world_base.matrix()) << i;
     EXPECT_NE(rounded[i].T_world_base.matrix(), trajectory[i].T_world_base.matrix()) << i;
+  }
+}
+
+std::string rows_of(const Mat4& matrix, const char* between) {
+  std::string text;
+  for (int i = 0; i < 16; ++i)
+    text += fmt::format("{:.17g}{}", matrix(i / 4, i % 4), i % 4 == 3 ? between : " ");
+  return text;
+}
+
+TEST(TrajectoryFile, MatricesOfFramesHaveNoStamps) {
+  const TemporaryFolder folder;
+  const Trajectory trajectory = random_trajectory(3, 5);
+  std::string lines, blocks;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Mat4 matrix = trajectory[i].T_world_base.matrix();
+    lines += rows_of(matrix, " ") + "\n";
+    blocks += fmt::format("{0} {0} {1}\n", 2 * i, 2 * i + 1) + rows_of(matrix, "\n");  // every other frame
+  }
+  write_bytes(folder / "traj.txt", lines);
+  write_bytes(folder / "poses.log", blocks);
+  for (const auto& [name, step] : {std::pair{"traj.txt", 1}, std::pair{"poses.log", 2}}) {
+    const auto read = read_pose_file(folder / name);
+    ASSERT_TRUE(read) << to_string(read.error());
+    EXPECT_FALSE(read->has_stamps);
+    expect_equal(read->poses, trajectory, 1e-9);
+    for (int i = 0; i < 3; ++i)
+      EXPECT_EQ(read->poses[static_cast<std::size_t>(i)].stamp, Time::from_seconds(i * step)) << name;
+  }
+}
+
+TEST(TrajectoryFile, RedwoodBlocksThatAreNoneAreErrorsWithTheirLine) {
+  const TemporaryFolder folder;
+  const std::string good = "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  for (const auto& [text, wanted] :
+       {std::pair<std::string, std::string>{good + "1 1 2\n1 0 0 0\n", "t.log:7: the last matrix is cut off"},
+        {good + "1 1 2\n", "t.log:6: the last matrix is cut off"},
+        {good + "1 0 0 0\n", "t.log:6: 4 columns instead of 3"},
+        {good + "1 1 2\n1 0 0\n", "t.log:7: 3 columns instead of 4"},
+        {"-1 0 1\n", "t.log:1: '-1' is no frame number"},
+        {"9999999999 0 1\n", "t.log:1: '9999999999' is no frame number"},
+        {good + good, "t.log:10: the stamp does not come after"},
+        {"0 0 1\n1 0 0 0\n0 2 0 0\n0 0 1 0\n0 0 0 1\n", "t.log:5: a pose is not rigid"}}) {
+    write_bytes(folder / "t.log", text);
+    const auto read = read_trajectory(folder / "t.log");
+    ASSERT_FALSE(read) << text;
+    EXPECT_THAT(to_string(read.error()), HasSubstr(wanted));
   }
 }
 

@@ -81,6 +81,54 @@ TEST(NamedImages, OtherNamesAndRepeatedNumbersAreCounted) {
   EXPECT_EQ(named->lists.depth.skipped[1].count, 1U);
 }
 
+TEST(NamedImages, ReplicaHasBothKindsInOneFolderAndOnePoseALine) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "results",
+        {"depth000000.png", "frame000000.jpg", "depth000001.png", "frame000001.jpg"});
+  ASSERT_TRUE(write_file_text(folder.path() / "traj.txt",
+                              "1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1\n1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1\n"));
+  ASSERT_TRUE(has_named_images(folder.path()));
+  const auto named = list_named_images(folder.path(), 10);
+  ASSERT_TRUE(named);
+  EXPECT_EQ(seconds_of(named->lists.depth), (std::vector<double>{0, 0.1}));
+  EXPECT_EQ(seconds_of(named->lists.color), (std::vector<double>{0, 0.1}));
+  EXPECT_EQ(named->lists.depth.images[1].path, "results/depth000001.png");
+  EXPECT_EQ(named->lists.color.images[1].path, "results/frame000001.jpg");
+  const auto poses = find_named_poses(folder.path(), 10);
+  ASSERT_TRUE(poses && *poses);
+  EXPECT_EQ((*poses)->source, "traj.txt");
+  ASSERT_EQ((*poses)->list.poses.size(), 2U);
+  EXPECT_EQ((*poses)->list.poses[1].stamp, Time::from_seconds(0.1));
+  EXPECT_EQ((*poses)->list.poses[1].T_world_base.translation(), Vec3(4, 5, 6));
+  ASSERT_TRUE(write_file_text(folder.path() / "traj.txt", "1 0 0 1 0 1\n"));
+  EXPECT_FALSE(find_named_poses(folder.path(), 10));
+}
+
+TEST(NamedImages, PosesOfScanNetAreMatricesNamedAsTheImages) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "depth", {"0.png", "1.png", "2.png", "10.png"});
+  EXPECT_FALSE(find_named_poses(folder.path(), 10)->has_value());
+  fs::create_directories(folder.path() / "pose");
+  const auto write = [&](const char* name, const char* text) {
+    ASSERT_TRUE(write_file_text(folder.path() / "pose" / name, text));
+  };
+  write("10.txt", "1 0 0 7\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  write("0.txt", "1 0 0 5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  write("1.txt", "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n");
+  write("2.txt", "1 0 0\n");
+  const auto poses = find_named_poses(folder.path(), 10);
+  ASSERT_TRUE(poses && *poses);
+  const PoseList& list = (*poses)->list;
+  EXPECT_EQ((*poses)->source, "pose/");
+  ASSERT_EQ(list.poses.size(), 2U);
+  EXPECT_EQ(list.poses[1].stamp, Time::from_seconds(1.0));
+  EXPECT_EQ(list.poses[1].T_world_base.translation().x(), 7);
+  EXPECT_EQ(list.lost, std::vector<Time>{Time::from_seconds(0.1)});
+  ASSERT_EQ(list.skipped.size(), 2U);
+  for (const SkippedLines& skipped : list.skipped)
+    EXPECT_EQ(skipped.place, skipped.reason == SkippedLines::Reason::kNotFinite ? "1.txt" : "2.txt");
+}
+
 TEST(NamedImages, AListGoesBeforeNames) {
   const TemporaryFolder folder;
   EXPECT_FALSE(has_named_images(folder.path()));

@@ -75,7 +75,8 @@ class Recording : public FrameSource {
 ///   stamp of the depth image. If poses.txt exists, it holds the poses reported by the device and becomes
 ///   `trajectory`, and groundtruth.txt becomes `truth`. truth_mesh.ply is the true surface. IMU measurements
 ///   beside it (carried_imu_file.hpp) become `imu`; unreadable ones are reported in the notes.
-/// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
+///   Without these lists: images by their names, and poses beside them (named_images.hpp).
+/// - 7-Scenes: frame-XXXXXX.depth.png or .pgm, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
 ///   subfolder.
 /// - ICL-NUIM: associations.txt with integer frame numbers instead of seconds.
 ///

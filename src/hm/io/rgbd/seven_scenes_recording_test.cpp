@@ -79,6 +79,21 @@ TEST(SevenScenes, TheirCameraIsAnAssumptionUnlessTheFolderHasANameOfThem) {
   }
 }
 
+TEST(SevenScenes, DepthMayBePgm) {  // 3RScan
+  const TemporaryFolder folder;
+  write_seven_scenes_frame(folder.path(), 0, matrix_text(Mat4::Identity()));
+  fs::remove(folder.path() / "frame-000000.depth.png");
+  std::string pgm = "P5\n32 24\n65535\n";
+  for (int i = 0; i < 32 * 24; ++i) pgm += {static_cast<char>(i >> 8), static_cast<char>(i & 0xff)};
+  ASSERT_TRUE(write_file_text(folder.path() / "frame-000000.depth.pgm", pgm));
+  const auto opened = open_recording(folder.path());
+  ASSERT_TRUE(opened) << to_string(opened.error());
+  EXPECT_EQ((*opened)->info().kind, RecordingKind::kSevenScenes);
+  const auto frame = (*opened)->read(0);
+  ASSERT_TRUE(frame) << to_string(frame.error());
+  EXPECT_EQ(frame->depth.units(31, 23), 767);
+}
+
 TEST(SevenScenes, JpegColorAndBadPictures) {
   const TemporaryFolder folder;
   write_seven_scenes_frame(folder.path(), 0, matrix_text(Mat4::Identity()));
