@@ -6,7 +6,7 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/pose_graph_2d.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
-#include "hm/io/rgbd/recording.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 
 namespace hm {
 

@@ -5,7 +5,7 @@
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/pose_relation.hpp"
-#include "hm/io/rgbd/recording.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 
 namespace hm {
 
