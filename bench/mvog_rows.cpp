@@ -9,7 +9,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
-#include "hm/mvog/mvog_map.hpp"
+#include "hm/mvog/published_mvog.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 
@@ -82,7 +82,7 @@ UpdateTimes measure_updates(const std::vector<WorldScan>& scans, int rounds) {
   fastest.fill(std::vector<double>(scans.size(), 1e9));
   for (int round = 0; round < rounds; ++round) {
     MultiVolumeGrid grid({.resolution_m = kResolution});
-    MvogMap published({.resolution_m = kResolution});
+    PublishedMvog published({.resolution_m = kResolution});
     octomap::OcTree tree(kResolution), lazy(kResolution);
     for (std::size_t i = 0; i < scans.size(); ++i) {
       const WorldScan& scan = scans[i];
@@ -151,7 +151,7 @@ Holdout hold_out(const std::vector<WorldScan>& scans, StateAt&& state_at) {
 /// The hold-out test of all three maps, trained on even scans.
 std::array<Holdout, 3> measure_holdout(const std::vector<WorldScan>& scans) {
   MultiVolumeGrid grid({.resolution_m = kResolution});
-  MvogMap published({.resolution_m = kResolution});
+  PublishedMvog published({.resolution_m = kResolution});
   octomap::OcTree tree(kResolution);
   for (const WorldScan& scan : scans) {
     if (!scan.even) continue;
@@ -212,7 +212,7 @@ Result<BenchResult> bench_mvog(const BenchOptions& options) {
   if (options.frame_limit > 0 && static_cast<std::size_t>(options.frame_limit) < scans->size())
     scans->resize(static_cast<std::size_t>(options.frame_limit));
   MultiVolumeGrid grid({.resolution_m = kResolution});
-  MvogMap published({.resolution_m = kResolution});
+  PublishedMvog published({.resolution_m = kResolution});
   octomap::OcTree tree(kResolution);
   for (const WorldScan& scan : *scans) {
     grid.insert(scan.points, scan.origin);
@@ -236,7 +236,7 @@ Result<BenchResult> bench_mvog(const BenchOptions& options) {
                  {"mvog_holdout_free", holdout[0].free_free(), holdout[2].free_free()},
                  {"mvog_holdout_known", unknown, {}},
                  {"mvog_query", queries.ours_ns, queries.octomap_ns}};
-  const MvogMap::Size published_size = published.size();
+  const PublishedMvog::Size published_size = published.size();
   result.details =
       JsonValue::object({{"scans", scans->size()},
                          {"beams", beam_count(*scans)},

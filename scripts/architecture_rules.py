@@ -20,7 +20,6 @@ ARROWS = {
     "link": ["geometry"],
     "mesh": ["tsdf"],
     "slam": ["laser", "odometry"],
-    "planning": ["geometry"],
     "evaluation": ["geometry"],
     "mapping": ["io", "slam", "mesh", "mvog"],
     "report": ["evaluation", "io"],

@@ -3,7 +3,8 @@
 files lead somewhere, pictures are small, and names of the code exist.
 
     scripts/check_docs.py --program build/release/bin/hm [--part texts|help]
-    scripts/check_docs.py --names      only the names: those in backticks on a line with a link to a source file
+    scripts/check_docs.py --names      only the names: those in backticks on a line with a link to a source file, files that READMEs
+                                       name, rooms in the table of the architecture
     scripts/check_docs.py --self-test
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
@@ -201,6 +202,27 @@ def check_names(name, text, root):
     return count, problems
 
 
+def named_files(text):
+    """Source files in backticks, `a_{b,c}.hpp` as two."""
+    for word in re.findall(r"`([\w./{},-]+\.(?:hpp|cpp|ts))`", text):
+        if braces := re.search(r"\{([^}]*)\}", word):
+            yield from (word[:braces.start()] + part + word[braces.end():] for part in braces[1].split(","))
+        else:
+            yield word
+
+
+def check_files(readme, folders):
+    """Source files that a README names and that are not there, from its own folder or one of these."""
+    files = list(named_files(readme.read_text(encoding="utf-8")))
+    return len(files), [f"{readme}: there is no {file}" for file in files
+                        if not any((folder / file).is_file() for folder in (readme.parent, *folders))]
+
+
+def check_rooms(table, rooms):
+    """Rooms that the table of the architecture leaves out."""
+    return [f"docs/architecture.md: its table has no room {room}" for room in rooms if f"`{room}`" not in table]
+
+
 def check_words(name, text, code):
     """Types and functions in backticks (a capital or an underscore in them) that are nowhere in the code."""
     words = {part for word in re.findall(r"`((?:\w+::)?\w+)`", text) for part in word.split("::")
@@ -211,7 +233,14 @@ def check_words(name, text, code):
 def check_all_names():
     code = {word for path in (ROOT / "src/hm").rglob("*.[ch]pp") for word in re.findall(r"\w+", path.read_text("utf-8"))}
     code |= {path.name for path in (ROOT / "src/hm").iterdir()}
-    total, problems = check_words("docs/architecture.md", (ROOT / "docs/architecture.md").read_text("utf-8"), code)
+    architecture = (ROOT / "docs/architecture.md").read_text("utf-8")
+    total, problems = check_words("docs/architecture.md", architecture, code)
+    problems += check_rooms(architecture, [path.name for path in sorted((ROOT / "src/hm").iterdir()) if path.is_dir()])
+    readmes = [path for folder in ("src", "apps", "bench", "tests", "web", "firmware") for path in (ROOT / folder).rglob("README.md")
+               if "node_modules" not in path.parts]
+    for readme in sorted(readmes):
+        count, found = check_files(readme, (ROOT / "src/hm", ROOT))
+        total, problems = total + count, problems + found
     for path in sorted((ROOT / "docs").glob("*.md")):
         text = path.read_text(encoding="utf-8")
         count, found = check_names(str(path.relative_to(ROOT)), text, ROOT)
@@ -273,10 +302,14 @@ def self_test():
         (Path(folder) / "src").mkdir()
         (Path(folder) / "src/a.hpp").write_text("struct There {};")
         names = check_names("text", "[`a`](../src/a.hpp): `There`, `Gone`; [`b`](../src/b.hpp): `There`", folder)
+        (Path(folder) / "README.md").write_text("`src/a.hpp`, `src/{a,b}.hpp` and `gone.cpp`")
+        files = check_files(Path(folder) / "README.md", ())
+        rooms = check_rooms("| `core` `io` |", ["core", "io", "iodine"])
     words = check_words("text", "`There::is_it` and `Gone` but not `these` or `a/B.hpp`", {"There", "is_it"})
     good = names[0] == 3 and len(names[1]) == 2 and words[0] == 3 and len(words[1]) == 1
     good = good and count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
     good = good and len(links) == 2 and "bytes" in links[0] and "gone.md" in links[1]
+    good = good and files[0] == 4 and len(files[1]) == 2 and len(rooms) == 1
     print("docs self-test:", "good" if good else f"wrong: {count} {problems} {links}")
     return 0 if good else 1
 

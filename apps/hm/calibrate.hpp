@@ -3,7 +3,7 @@
 #include <string>
 
 #include "board_flags.hpp"
-#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
+#include "hm/pipeline/calibrate/calibrate_parameter_list.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 

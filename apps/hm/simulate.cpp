@@ -3,7 +3,7 @@
 #include "hm/core/text/counted.hpp"
 #include "hm/pipeline/simulate/laser_simulation_recording.hpp"
 #include "hm/pipeline/simulate/office_recording.hpp"
-#include "hm/pipeline/simulate/simulate_parameters.hpp"
+#include "hm/pipeline/simulate/simulate_parameter_list.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 #include "program.hpp"
 #include "simulate_calibration.hpp"

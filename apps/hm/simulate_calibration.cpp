@@ -1,7 +1,7 @@
 #include "simulate_calibration.hpp"
 
 #include "hm/core/text/counted.hpp"
-#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
+#include "hm/pipeline/calibrate/calibrate_parameter_list.hpp"
 
 namespace {
 

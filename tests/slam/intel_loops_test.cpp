@@ -6,7 +6,7 @@
 #include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/laser/odometry/scan_projection.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
-#include "hm/slam/laser/loop_closer.hpp"
+#include "hm/slam/laser/laser_loop_closer.hpp"
 
 /// The Intel lab, driven by scan matching with degraded wheel odometry as prediction, closes its loops.
 namespace hm {
@@ -34,7 +34,7 @@ TEST(IntelLoops, RelationsHold) {
   rig.T_base_laser = laser.T_base_laser;
   ScanProjector projector(rig);
   ScanOdometry odometry;
-  LoopCloser closer;
+  LaserLoopCloser closer;
   Trajectory T_odom_base;
   SE2 last;
   for (std::size_t i = 0; i < laser.scans.size(); ++i) {

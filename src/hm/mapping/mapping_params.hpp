@@ -7,7 +7,7 @@
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/tsdf/alignment/alignment_params.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
 

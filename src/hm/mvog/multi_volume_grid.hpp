@@ -51,7 +51,7 @@ struct MvogSize {
 };
 
 /// Multi-volume occupancy grid (dissertation 2.5): a horizontal grid of columns, each a list of vertical
-/// volumes. Unlike the published structure (`MvogMap`), a column is one list of runs with hit and miss
+/// volumes. Unlike the published structure (`PublishedMvog`), a column is one list of runs with hit and miss
 /// counters and boundaries at half cells; a scan counts once per level, and its hits override its misses;
 /// counters are capped. Columns are stored in hashed tiles: the map grows in every direction, and the cost of
 /// a scan depends on its beams only.

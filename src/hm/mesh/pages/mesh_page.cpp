@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <span>
+#include <utility>
 
 #include "hm/core/check.hpp"
 #include "hm/tsdf/grid/page_table.hpp"
@@ -96,15 +97,42 @@ Indices indices_of(const TriangleMesh& mesh, std::span<const PageVertex> vertice
   return out;
 }
 
-/// Fewer triangles of the same vertices; those on open edges stay.
-Indices simplified(const Indices& fine, const TriangleMesh& mesh, std::size_t wanted, float max_error_m) {
-  Indices out(fine.size());
-  const float* positions = mesh.vertices.front().data();
-  const float scale = meshopt_simplifyScale(positions, mesh.vertices.size(), sizeof(Eigen::Vector3f));
-  const float error = scale > 0 ? max_error_m / scale : 1.0F;
-  out.resize(meshopt_simplify(out.data(), fine.data(), fine.size(), positions, mesh.vertices.size(),
-                              sizeof(Eigen::Vector3f), wanted, error, meshopt_SimplifyLockBorder, nullptr));
+/// Triangles of a level of detail, with their vertices in metres and as they are sent.
+struct PageSurface {
+  Indices indices;
+  std::vector<Eigen::Vector3f> positions_m;
+  std::vector<PageVertex> vertices;
+};
+
+/// The surface without vertices that no triangle has: the next level's time follows those that are left.
+PageSurface compacted(const PageSurface& surface) {
+  constexpr unsigned kNotUsed = std::numeric_limits<unsigned>::max();
+  std::vector<unsigned> place(surface.vertices.size(), kNotUsed);
+  PageSurface out;
+  out.indices.reserve(surface.indices.size());
+  for (const unsigned index : surface.indices) {
+    if (place[index] == kNotUsed) {
+      place[index] = static_cast<unsigned>(out.vertices.size());
+      out.positions_m.push_back(surface.positions_m[index]);
+      out.vertices.push_back(surface.vertices[index]);
+    }
+    out.indices.push_back(place[index]);
+  }
   return out;
+}
+
+/// Fewer triangles of these vertices; those on open edges stay.
+PageSurface simplified(PageSurface fine, std::size_t wanted, float max_error_m) {
+  constexpr std::size_t kStride = sizeof(Eigen::Vector3f);
+  const float* positions = fine.positions_m.front().data();
+  const float scale = meshopt_simplifyScale(positions, fine.positions_m.size(), kStride);
+  const float error = scale > 0 ? max_error_m / scale : 1.0F;
+  Indices coarse(fine.indices.size());
+  coarse.resize(meshopt_simplify(coarse.data(), fine.indices.data(), fine.indices.size(), positions,
+                                 fine.positions_m.size(), kStride, wanted, error, meshopt_SimplifyLockBorder,
+                                 nullptr));
+  fine.indices = std::move(coarse);
+  return compacted(fine);
 }
 
 std::vector<std::byte> as_bytes(std::span<const unsigned char> bytes) {
@@ -150,17 +178,17 @@ std::array<EncodedPage, kPageLevels> encode_page(VolumeKey key, const TriangleMe
                                                  double voxel_size_m) {
   HM_CHECK(voxel_size_m > 0, "voxels of {} m", voxel_size_m);
   const PageLattice lattice(key, mesh, voxel_size_m);
-  const std::vector<PageVertex> vertices = quantised(mesh, lattice);
-  Indices indices = indices_of(mesh, vertices);
-  const std::size_t finest = indices.size();
+  PageSurface surface{{}, mesh.vertices, quantised(mesh, lattice)};
+  surface.indices = indices_of(mesh, surface.vertices);
+  const std::size_t finest = surface.indices.size();
   std::array<EncodedPage, kPageLevels> levels;
   for (std::size_t level = 0; level < kPageLevels; ++level) {
-    if (level > 0 && !indices.empty()) {
+    if (level > 0 && !surface.indices.empty()) {
       const auto wanted = static_cast<std::size_t>(kKeepRatio[level - 1] * static_cast<double>(finest));
-      indices = simplified(indices, mesh, wanted - wanted % 3,
+      surface = simplified(std::move(surface), wanted - wanted % 3,
                            static_cast<float>(kMaxErrorVoxels[level - 1] * voxel_size_m));
     }
-    levels[level] = encoded(indices, vertices, lattice);
+    levels[level] = encoded(surface.indices, surface.vertices, lattice);
     levels[level].has_colors = mesh.has_colors();
   }
   return levels;

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <set>
 
-#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/calibrate/calibrate_parameter_list.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 #include "hm/pipeline/flight/mission/flight_mission.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
-#include "hm/pipeline/simulate/simulate_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
+#include "hm/pipeline/simulate/simulate_parameter_list.hpp"
 
 namespace hm {
 namespace {

@@ -11,7 +11,7 @@
 #include "hm/geometry/level/up_direction.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 #include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/report/summary_tree.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"

@@ -37,7 +37,7 @@ std::filesystem::path map_file_of(const std::filesystem::path& path) {
 
 LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params, LoopThread thread) {
   LaserMapFrame frame;
-  frame.loops_ = std::make_unique<LiveLoopCloser>(params.loops, thread);
+  frame.loops_ = std::make_unique<LiveLaserLoopCloser>(params.loops, thread);
   return frame;
 }
 

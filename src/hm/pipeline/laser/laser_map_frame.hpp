@@ -11,7 +11,7 @@
 #include "hm/pipeline/common/mvog_file.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/slam/laser/grid_localiser.hpp"
-#include "hm/slam/laser/live_loop_closer.hpp"
+#include "hm/slam/laser/live_laser_loop_closer.hpp"
 
 namespace hm {
 
@@ -54,7 +54,7 @@ class LaserMapFrame {
 
   [[nodiscard]] MapFrameSource source() const;
   /// Null unless loops are closed.
-  [[nodiscard]] const LoopCloser* loops() const { return loops_ ? &loops_->settled() : nullptr; }
+  [[nodiscard]] const LaserLoopCloser* loops() const { return loops_ ? &loops_->settled() : nullptr; }
   /// Nothing waits for the thread of loops: what is asked for is known at once.
   [[nodiscard]] bool is_settled() const { return !loops_ || loops_->waiting_keyframes() == 0; }
   /// Every change of T_map_odom while scans came, in order.
@@ -71,7 +71,7 @@ class LaserMapFrame {
   std::optional<Localisation> localise(const PlanarScan& scan, const SE2& T_odom_base);
   void note(Time stamp, const SE2& T_map_odom);
 
-  std::unique_ptr<LiveLoopCloser> loops_;
+  std::unique_ptr<LiveLaserLoopCloser> loops_;
   std::unique_ptr<GridLocaliser> localiser_;
   Duration seek_interval_;
   bool found_ = false;  // the place in the saved map is being followed

@@ -17,7 +17,7 @@
 #include "hm/pipeline/common/map_export.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
 #include "hm/report/map_figures.hpp"

@@ -25,7 +25,7 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/resume/earlier_map.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/pipeline/rgbd/tracking_view.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"

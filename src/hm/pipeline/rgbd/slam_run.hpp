@@ -8,7 +8,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 

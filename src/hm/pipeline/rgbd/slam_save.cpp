@@ -12,7 +12,7 @@
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 
 namespace hm {
 namespace {

@@ -10,7 +10,7 @@
 #include "hm/mapping/map_copy.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 namespace hm {

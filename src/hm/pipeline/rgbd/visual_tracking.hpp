@@ -10,7 +10,7 @@
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/pipeline/rgbd/resume/tracked_record.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/report/summary_tree.hpp"
 

@@ -7,7 +7,7 @@
 #include "hm/cameras/camera_driver.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
 
 namespace hm {

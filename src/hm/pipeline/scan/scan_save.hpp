@@ -6,7 +6,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
 

@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 #include "hm/pipeline/laser/run/laser_events.hpp"
 #include "hm/pipeline/laser/run/laser_run_view.hpp"
 #include "hm/pipeline/live/live_view.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 namespace hm {

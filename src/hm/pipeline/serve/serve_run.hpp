@@ -6,10 +6,10 @@
 #include "hm/core/run_context.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 #include "hm/pipeline/laser/run/laser_summary.hpp"
 #include "hm/pipeline/live/live_station.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 
 namespace hm {
 

@@ -11,7 +11,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/pipeline/simulate/simulate_parameters.hpp"
+#include "hm/pipeline/simulate/simulate_parameter_list.hpp"
 #include "hm/pipeline/simulate/simulation_folder.hpp"
 #include "hm/sim/world/room_scene.hpp"
 

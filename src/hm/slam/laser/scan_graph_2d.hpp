@@ -57,8 +57,8 @@ struct ScanGraphStatistics {
 ///
 /// add_keyframe() costs at most three bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
 /// all keyframe positions; optimise(), a sparse optimisation, is called by the user: after a step that
-/// corrects much before the next keyframe, whose search is around the graph's poses (LoopCloser does so).
-/// Deterministic; not thread safe.
+/// corrects much before the next keyframe, whose search is around the graph's poses (LaserLoopCloser does
+/// so). Deterministic; not thread safe.
 class ScanGraph2D {
  public:
   explicit ScanGraph2D(const ScanGraph2DParams& params = {});

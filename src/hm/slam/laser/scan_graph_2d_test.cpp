@@ -11,7 +11,7 @@
 
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/laser/testing/planar_world.hpp"
-#include "hm/slam/laser/loop_closer.hpp"
+#include "hm/slam/laser/laser_loop_closer.hpp"
 
 namespace hm {
 namespace {
@@ -142,9 +142,9 @@ TEST(ScanGraph2D, ALoopThatEndsAContradictionNeedsNoOther) {
 
 /// The next search must not be around poses that the loop has not corrected yet, in a window as narrow as the
 /// loop makes it.
-TEST(LoopCloser, ALargeCorrectionIsMadeBeforeTheNextSearch) {
+TEST(LaserLoopCloser, ALargeCorrectionIsMadeBeforeTheNextSearch) {
   const Drive run = drive(office_world(), two_rounds(), kLaser, 0, {0, 0.01});
-  LoopCloser closer({}, 1000);
+  LaserLoopCloser closer({}, 1000);
   std::size_t node = 0;
   while (closer.add(run.keyframes[node]).loops_accepted == 0) ASSERT_LT(++node, run.keyframes.size());
   EXPECT_EQ(closer.solutions(), 1);

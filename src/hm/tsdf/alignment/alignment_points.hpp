@@ -8,7 +8,7 @@
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/tsdf/alignment/alignment_params.hpp"
 #include "hm/tsdf/projection/depth_edges.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
 

@@ -6,7 +6,7 @@
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
 

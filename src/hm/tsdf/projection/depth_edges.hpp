@@ -3,7 +3,7 @@
 #include <span>
 
 #include "hm/sensors/rgbd_frame.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
 

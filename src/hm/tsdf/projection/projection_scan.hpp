@@ -5,7 +5,7 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
 #include "hm/tsdf/grid/volume.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 #include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {

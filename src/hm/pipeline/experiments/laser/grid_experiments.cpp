@@ -7,7 +7,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
-#include "hm/mvog/mvog_map.hpp"
+#include "hm/mvog/published_mvog.hpp"
 #include "hm/pipeline/experiments/laser/grid_scans.hpp"
 #include "hm/report/map_figures.hpp"
 #include "hm/report/plot.hpp"
@@ -21,14 +21,14 @@ constexpr double kKilobyte = 1e3;
 struct GrownGrids {
   double resolution_m;
   MultiVolumeGrid grid;
-  MvogMap published;
+  PublishedMvog published;
   std::vector<double> grid_kb, published_kb, scans;  ///< now and then
   double grid_us_per_beam = 0, published_us_per_beam = 0;
 
   explicit GrownGrids(double resolution)
       : resolution_m(resolution),
         grid(MvogParams{.resolution_m = resolution}),
-        published(MvogMapParams{.resolution_m = resolution}) {}
+        published(PublishedMvogParams{.resolution_m = resolution}) {}
 };
 
 void note_size(std::size_t scans, GrownGrids& grown) {
@@ -112,7 +112,7 @@ Result<void> add_size_rows(const GridScans& scans, const GrownGrids& grown, cons
   if (auto written = write_octomap(octree, grown.grid.voxels(), grown.resolution_m); !written) return written;
   std::error_code code;
   const auto octree_bytes = std::filesystem::file_size(octree, code);
-  const MvogMap::Size published = grown.published.size();
+  const PublishedMvog::Size published = grown.published.size();
   const MvogSize size = grown.grid.size();
   rows.push_back({name + "grid, in memory", {}, static_cast<double>(size.bytes) / kKilobyte, "kB"});
   rows.push_back(

@@ -6,7 +6,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/report/plot.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 #include "hm/tsdf/update/discrete_update_filter.hpp"
 
 namespace hm {

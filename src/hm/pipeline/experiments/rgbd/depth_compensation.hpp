@@ -1,6 +1,6 @@
 #pragma once
 #include "hm/pipeline/dense/reconstruction.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 
 namespace hm {
 

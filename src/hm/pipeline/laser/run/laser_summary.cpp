@@ -139,7 +139,7 @@ MapFrameSummary summarise_map_frame(const LaserMapFrame& frame) {
   summary.corrected = frame.corrects();
   summary.history = frame.history();
   if (!summary.history.empty()) summary.T_map_odom = summary.history.back().T_map_odom;
-  if (const LoopCloser* loops = frame.loops()) {
+  if (const LaserLoopCloser* loops = frame.loops()) {
     summary.nodes = loops->graph().size();
     summary.solutions = static_cast<std::size_t>(loops->solutions());
     summary.loops = loops->graph().statistics();

@@ -4,7 +4,7 @@
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/sim/recording/simulation.hpp"

@@ -10,11 +10,11 @@ namespace hm {
 /// Adds scan odometry to a scan graph and optimises it at intervals, for a vehicle controlled in `odom`;
 /// provides the correction `map -> odom` (dissertation 2.4). ScanGraph2D finds the loops. Deterministic; not
 /// thread safe.
-class LoopCloser {
+class LaserLoopCloser {
  public:
   /// Optimises the graph after every `loops_per_solution` new loops (a large graph mostly in part, see
   /// SolutionWindow), as a whole after one that moves it far, and in finish().
-  explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
+  explicit LaserLoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
       : keyframes_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
   /// Adds the odometry result of a scan. Nothing for scans that do not become a node.

@@ -1,4 +1,4 @@
-#include "hm/mvog/mvog_map.hpp"
+#include "hm/mvog/published_mvog.hpp"
 
 #include <gtest/gtest.h>
 
@@ -75,12 +75,12 @@ TEST(MvogVolume, TheOrderDoesNotMatterWithoutAGap) {
   }
 }
 
-BeamScanStats insert_one(MvogMap& map, const Eigen::Vector3d& from, const Eigen::Vector3f& to) {
+BeamScanStats insert_one(PublishedMvog& map, const Eigen::Vector3d& from, const Eigen::Vector3f& to) {
   return map.insert({from, {&to, 1}, {}});
 }
 
-TEST(MvogMap, ABeamLeavesOnePositiveVolumeAndFreeSpaceUpToIt) {
-  MvogMap map({.resolution_m = 1});
+TEST(PublishedMvog, ABeamLeavesOnePositiveVolumeAndFreeSpaceUpToIt) {
+  PublishedMvog map({.resolution_m = 1});
   insert_one(map, {0.5, 0.5, 0.5}, {4.5F, 0.5F, 2.5F});  // slope 1/2: nothing negative in the last cell
   ASSERT_EQ(map.positive(4, 0).size(), 1u);
   EXPECT_EQ(map.positive(4, 0)[0], (MvogVolume{2, 3, 1}));
@@ -94,8 +94,8 @@ TEST(MvogMap, ABeamLeavesOnePositiveVolumeAndFreeSpaceUpToIt) {
   EXPECT_EQ(map.at({1e9, 0, 0}), Occupancy::kUnknown);
 }
 
-TEST(MvogMap, SteepBeamsAreFreeUpToTheirHitInTheLastCell) {
-  MvogMap map({.resolution_m = 1});
+TEST(PublishedMvog, SteepBeamsAreFreeUpToTheirHitInTheLastCell) {
+  PublishedMvog map({.resolution_m = 1});
   insert_one(map, {0.5, 0.5, 0.0}, {0.5F, 0.5F, 5.0F});  // straight up, which divided by zero once
   ASSERT_EQ(map.negative(0, 0).size(), 1u);
   EXPECT_EQ(map.negative(0, 0)[0], (MvogVolume{0, 4.5F, 4.5F}));
@@ -105,8 +105,8 @@ TEST(MvogMap, SteepBeamsAreFreeUpToTheirHitInTheLastCell) {
   EXPECT_EQ(map.positive(-4, -4)[0], (MvogVolume{-5.5F, -4.5F, 1}));
 }
 
-TEST(MvogMap, ProbabilityIsTheShareOfDensities) {
-  MvogMap map({.resolution_m = 1});
+TEST(PublishedMvog, ProbabilityIsTheShareOfDensities) {
+  PublishedMvog map({.resolution_m = 1});
   for (int i = 0; i < 3; ++i) insert_one(map, {0.5, 0.5, 0.5}, {2.5F, 0.5F, 0.5F});
   insert_one(map, {0.5, 0.5, 0.5}, {5.5F, 0.5F, 0.5F});
   EXPECT_NEAR(*map.probability_at({2.5, 0.5, 0.5}), 3.0 / 4, 1e-6);
@@ -115,7 +115,7 @@ TEST(MvogMap, ProbabilityIsTheShareOfDensities) {
 }
 
 /// Heights in metres between all walls of a column's volumes, and those of the slice.
-std::vector<double> probes(const MvogMap& map, const Eigen::Vector2i& cell) {
+std::vector<double> probes(const PublishedMvog& map, const Eigen::Vector2i& cell) {
   std::vector<double> walls{-0.31, 0.27, -2, 2};
   for (const auto& list : {map.positive(cell.x(), cell.y()), map.negative(cell.x(), cell.y())}) {
     for (const MvogVolume& v : list) {
@@ -131,8 +131,8 @@ std::vector<double> probes(const MvogMap& map, const Eigen::Vector2i& cell) {
 }
 
 /// Volumes, slices and voxels against asking point by point.
-TEST(MvogMap, ExtractionAgreesWithPointQueries) {
-  MvogMap map({.resolution_m = 0.1, .initial_size_m = 1});
+TEST(PublishedMvog, ExtractionAgreesWithPointQueries) {
+  PublishedMvog map({.resolution_m = 0.1, .initial_size_m = 1});
   Rng rng(5);
   for (int i = 0; i < 400; ++i)
     insert_one(map, {0.03, -0.04, 0.2},
@@ -162,8 +162,8 @@ TEST(MvogMap, ExtractionAgreesWithPointQueries) {
   for (const OccupancyVoxel& voxel : map.voxels()) ASSERT_NE(voxel.state, Occupancy::kUnknown);
 }
 
-TEST(MvogMap, GrowsToHoldItsBeamsAndSkipsWhatItCannotHold) {
-  MvogMap map;
+TEST(PublishedMvog, GrowsToHoldItsBeamsAndSkipsWhatItCannotHold) {
+  PublishedMvog map;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(insert_one(map, {0, 0, 0}, {nan, 0, 0}).not_finite, 1u);
   EXPECT_EQ(insert_one(map, {0, 0, 0}, {1e7F, 1e7F, 0}).out_of_bounds, 1u);

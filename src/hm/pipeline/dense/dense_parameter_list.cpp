@@ -1,4 +1,4 @@
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 
 #include <fmt/format.h>
 

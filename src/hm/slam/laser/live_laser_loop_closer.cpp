@@ -1,4 +1,4 @@
-#include "hm/slam/laser/live_loop_closer.hpp"
+#include "hm/slam/laser/live_laser_loop_closer.hpp"
 
 #include <mutex>
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace hm {
 
-struct LiveLoopCloser::Impl {
+struct LiveLaserLoopCloser::Impl {
   explicit Impl(const ScanGraph2DParams& params) : keyframes(params), closer(params) {}
   void process(const GraphKeyframe2D& keyframe) {
     closer.add(keyframe);
@@ -23,40 +23,42 @@ struct LiveLoopCloser::Impl {
   }
 
   GraphKeyframes keyframes;  ///< used by add()
-  LoopCloser closer;         ///< used by the queue while keyframes wait, else by the caller
+  LaserLoopCloser closer;    ///< used by the queue while keyframes wait, else by the caller
   mutable std::mutex mutex;  ///< protects T_map_odom
   SE2 T_map_odom;
   std::optional<WorkQueue<GraphKeyframe2D>> queue;  // last: ends first. None where the caller does the work
 };
 
-LiveLoopCloser::LiveLoopCloser(const ScanGraph2DParams& params, LoopThread thread)
+LiveLaserLoopCloser::LiveLaserLoopCloser(const ScanGraph2DParams& params, LoopThread thread)
     : impl_(std::make_unique<Impl>(params)) {
   if (thread == LoopThread::kOwn)
     impl_->queue.emplace([impl = impl_.get()](const GraphKeyframe2D& keyframe) { impl->process(keyframe); });
 }
 
-LiveLoopCloser::~LiveLoopCloser() = default;
+LiveLaserLoopCloser::~LiveLaserLoopCloser() = default;
 
-void LiveLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
+void LiveLaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
   auto keyframe = impl_->keyframes.add(scan, step);
   if (!keyframe) return;
   if (!impl_->queue) return impl_->process(*keyframe);
   impl_->queue->add(std::move(*keyframe));
 }
 
-SE2 LiveLoopCloser::T_map_odom() const {
+SE2 LiveLaserLoopCloser::T_map_odom() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->T_map_odom;
 }
 
-std::size_t LiveLoopCloser::waiting_keyframes() const { return impl_->queue ? impl_->queue->waiting() : 0; }
+std::size_t LiveLaserLoopCloser::waiting_keyframes() const {
+  return impl_->queue ? impl_->queue->waiting() : 0;
+}
 
-const LoopCloser& LiveLoopCloser::settled() const {
+const LaserLoopCloser& LiveLaserLoopCloser::settled() const {
   impl_->wait();
   return impl_->closer;
 }
 
-PoseGraphSolution LiveLoopCloser::finish() {
+PoseGraphSolution LiveLaserLoopCloser::finish() {
   impl_->wait();
   const PoseGraphSolution solution = impl_->closer.finish();
   impl_->publish();

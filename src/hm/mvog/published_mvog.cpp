@@ -1,4 +1,4 @@
-#include "hm/mvog/mvog_map.hpp"
+#include "hm/mvog/published_mvog.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ void insert_mvog_volume(std::vector<MvogVolume>& list, MvogVolume volume, float 
              list.begin() + static_cast<std::ptrdiff_t>(end));
 }
 
-MvogMap::MvogMap(const MvogMapParams& params) : params_(params) {
+PublishedMvog::PublishedMvog(const PublishedMvogParams& params) : params_(params) {
   HM_CHECK(params.resolution_m > 0 && params.gap_cell >= 0);
   const int side = std::max(2, static_cast<int>(std::ceil(params.initial_size_m / params.resolution_m)));
   min_ = {-side / 2, -side / 2};
@@ -64,21 +64,21 @@ MvogMap::MvogMap(const MvogMapParams& params) : params_(params) {
   cells_.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
 }
 
-Eigen::Vector2i MvogMap::cell_of(const Eigen::Vector2d& p_world) const {
+Eigen::Vector2i PublishedMvog::cell_of(const Eigen::Vector2d& p_world) const {
   return floor_cell({p_world.x() / params_.resolution_m, p_world.y() / params_.resolution_m, 0});
 }
 
-const MvogMap::Cell* MvogMap::find(int x, int y) const {
+const PublishedMvog::Cell* PublishedMvog::find(int x, int y) const {
   const Eigen::Vector2i local = Eigen::Vector2i(x, y) - min_;
   if ((local.array() < 0).any() || (local.array() >= size_.array()).any()) return nullptr;
   return &cells_[static_cast<std::size_t>(local.y()) * static_cast<std::size_t>(size_.x()) +
                  static_cast<std::size_t>(local.x())];
 }
 
-MvogMap::Cell& MvogMap::cell(int x, int y) { return const_cast<Cell&>(*find(x, y)); }
+PublishedMvog::Cell& PublishedMvog::cell(int x, int y) { return const_cast<Cell&>(*find(x, y)); }
 
 /// Doubles the offending axis until the array holds both cells (k.1). False when it would be too large.
-bool MvogMap::make_room(const Eigen::Vector2i& a, const Eigen::Vector2i& b) {
+bool PublishedMvog::make_room(const Eigen::Vector2i& a, const Eigen::Vector2i& b) {
   Eigen::Vector2i min = min_, size = size_;
   for (int axis = 0; axis < 2; ++axis) {
     while (std::min(a[axis], b[axis]) < min[axis] || std::max(a[axis], b[axis]) >= min[axis] + size[axis]) {
@@ -100,7 +100,7 @@ bool MvogMap::make_room(const Eigen::Vector2i& a, const Eigen::Vector2i& b) {
   return true;
 }
 
-BeamScanStats MvogMap::insert(const BeamScan& scan) {
+BeamScanStats PublishedMvog::insert(const BeamScan& scan) {
   BeamScanStats stats;
   const Eigen::Vector3d from = scan.p_world_origin / params_.resolution_m;
   for (const Eigen::Vector3f& p : scan.p_world_returns) {
@@ -120,7 +120,7 @@ BeamScanStats MvogMap::insert(const BeamScan& scan) {
   return stats;
 }
 
-void MvogMap::add_beam(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+void PublishedMvog::add_beam(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   if (params_.model_negative_space) add_free_space(from, to);
   const Eigen::Vector2i end = floor_cell(to);
   const auto z = static_cast<float>(to.z());
@@ -129,7 +129,7 @@ void MvogMap::add_beam(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
 
 /// Negative volumes along the beam (2.5.2, Fig. 2.16); in the cell of its end by the beam's slope
 /// (Fig. 2.17).
-void MvogMap::add_free_space(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+void PublishedMvog::add_free_space(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   Eigen::Vector2i at = floor_cell(from);
   const Eigen::Vector3d d = to - from;
   Eigen::Array2i walls = (floor_cell(to) - at).array().abs();
@@ -157,7 +157,7 @@ void MvogMap::add_free_space(const Eigen::Vector3d& from, const Eigen::Vector3d&
   if (d.z() < -level && z > to.z() + 0.5) add(to.z() + 0.5, z);
 }
 
-std::optional<double> MvogMap::probability_at(const Eigen::Vector3d& p_world) const {
+std::optional<double> PublishedMvog::probability_at(const Eigen::Vector3d& p_world) const {
   const Eigen::Vector3d p = p_world / params_.resolution_m;
   if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kMaxCells) return std::nullopt;
   const Eigen::Vector2i at = floor_cell(p);
@@ -168,17 +168,17 @@ std::optional<double> MvogMap::probability_at(const Eigen::Vector3d& p_world) co
   return hit / (hit + miss);
 }
 
-Occupancy MvogMap::at(const Eigen::Vector3d& p_world, double threshold) const {
+Occupancy PublishedMvog::at(const Eigen::Vector3d& p_world, double threshold) const {
   const auto p = probability_at(p_world);
   return !p ? Occupancy::kUnknown : *p >= threshold ? Occupancy::kOccupied : Occupancy::kFree;
 }
 
-std::span<const MvogVolume> MvogMap::positive(int x, int y) const {
+std::span<const MvogVolume> PublishedMvog::positive(int x, int y) const {
   const Cell* cell = find(x, y);
   return cell ? std::span<const MvogVolume>(cell->positive) : std::span<const MvogVolume>();
 }
 
-std::span<const MvogVolume> MvogMap::negative(int x, int y) const {
+std::span<const MvogVolume> PublishedMvog::negative(int x, int y) const {
   const Cell* cell = find(x, y);
   return cell ? std::span<const MvogVolume>(cell->negative) : std::span<const MvogVolume>();
 }

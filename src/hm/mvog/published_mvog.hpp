@@ -25,7 +25,7 @@ MvogVolume make_mvog_volume(float z1, float z2);
 /// than `gap` cells; the gap's mass is computed with the adjacent densities.
 void insert_mvog_volume(std::vector<MvogVolume>& list, MvogVolume volume, float gap = 0);
 
-struct MvogMapParams {
+struct PublishedMvogParams {
   double resolution_m = 0.10;
   double initial_size_m = 10;
   float gap_cell = 0;
@@ -35,11 +35,11 @@ struct MvogMapParams {
 /// Multi-volume occupancy grid as published (dissertation 2.5): a dense horizontal array of cells, each with
 /// two sorted lists of disjoint volumes, positive (hits) and negative (passed), merged when they touch. For
 /// comparison only; use `MultiVolumeGrid`.
-class MvogMap {
+class PublishedMvog {
  public:
-  explicit MvogMap(const MvogMapParams& params = {});
+  explicit PublishedMvog(const PublishedMvogParams& params = {});
 
-  [[nodiscard]] const MvogMapParams& params() const { return params_; }
+  [[nodiscard]] const PublishedMvogParams& params() const { return params_; }
   /// Inserts a scan beam by beam (2.5.2); beams without a return are ignored, as published.
   BeamScanStats insert(const BeamScan& scan);
 
@@ -82,7 +82,7 @@ class MvogMap {
   void add_beam(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
   void add_free_space(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-  MvogMapParams params_;
+  PublishedMvogParams params_;
   Eigen::Vector2i min_ = Eigen::Vector2i::Zero(), size_ = Eigen::Vector2i::Zero();  ///< cells
   std::vector<Cell> cells_;
 };

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/mvog/mvog_map.hpp"
+#include "hm/mvog/published_mvog.hpp"
 
 namespace hm {
 
 /// Sweeps both lists together, split at the boundaries of either.
-std::vector<MvogMap::Stretch> MvogMap::stretches(const Cell& cell) {
+std::vector<PublishedMvog::Stretch> PublishedMvog::stretches(const Cell& cell) {
   std::vector<double> walls;
   for (const auto* list : {&cell.positive, &cell.negative}) {
     for (const MvogVolume& volume : *list) {
@@ -30,7 +30,8 @@ std::vector<MvogMap::Stretch> MvogMap::stretches(const Cell& cell) {
   return found;
 }
 
-std::vector<VerticalVolume> MvogMap::volumes_at(const Eigen::Vector2d& p_world, double threshold) const {
+std::vector<VerticalVolume> PublishedMvog::volumes_at(const Eigen::Vector2d& p_world,
+                                                      double threshold) const {
   std::vector<VerticalVolume> volumes;
   const Eigen::Vector2i at = cell_of(p_world);
   const Cell* cell = find(at.x(), at.y());
@@ -50,7 +51,7 @@ std::vector<VerticalVolume> MvogMap::volumes_at(const Eigen::Vector2d& p_world, 
   return volumes;
 }
 
-OccupancyGrid2D MvogMap::slice(double bottom_m, double top_m) const {
+OccupancyGrid2D PublishedMvog::slice(double bottom_m, double top_m) const {
   OccupancyGrid2D grid;
   grid.resolution_m = params_.resolution_m;
   grid.origin_m = params_.resolution_m * min_.cast<double>();
@@ -69,7 +70,7 @@ OccupancyGrid2D MvogMap::slice(double bottom_m, double top_m) const {
   return grid;
 }
 
-std::vector<OccupancyVoxel> MvogMap::voxels(double threshold) const {
+std::vector<OccupancyVoxel> PublishedMvog::voxels(double threshold) const {
   std::vector<OccupancyVoxel> all;
   const double size_m = params_.resolution_m;
   for (int y = min_.y(); y < min_.y() + size_.y(); ++y) {
@@ -96,7 +97,7 @@ std::vector<OccupancyVoxel> MvogMap::voxels(double threshold) const {
   return all;
 }
 
-MvogMap::Size MvogMap::size() const {
+PublishedMvog::Size PublishedMvog::size() const {
   Size size;
   size.cells = cells_.size();
   size.bytes = sizeof(*this) + cells_.capacity() * sizeof(Cell);

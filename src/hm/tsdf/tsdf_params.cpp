@@ -1,4 +1,4 @@
-#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/tsdf_params.hpp"
 
 #include <algorithm>
 
@@ -25,7 +25,7 @@ Result<void> check_params(const TsdfParams& params) {
                 params.near_m, params.far_m);
   if (params.min_truncation_voxel > params.max_truncation_voxel)
     return fail(ErrorCode::kInvalidValue, "parameters",
-                "tsdf.min_truncation_voxel = {} is above tsdf.max_truncation_voxel = {}",
+                "tsdf.min_truncation_voxel = {} is above the widest truncation, {} voxels",
                 params.min_truncation_voxel, params.max_truncation_voxel);
   return {};
 }

@@ -27,7 +27,7 @@ struct TsdfParams {
   bool dynamic_truncation = true;
   double truncation_sigmas_ratio = 4.0;
   double min_truncation_voxel = 3.0;
-  /// Widest dynamic truncation.
+  /// Widest dynamic truncation; not to be set by a user.
   double max_truncation_voxel = 12.0;
   double fixed_truncation_voxel = 4.0;
   /// Distances are clamped to +-2 voxels, so that the weighted average is robust to outliers.
@@ -38,7 +38,7 @@ struct TsdfParams {
   static constexpr double kEdgeSigmasRatio = 4.0;
   /// ... plus this many pixel widths.
   static constexpr double kEdgeSlopeRatio = 4.0;
-  /// Weight of an observation at a depth edge.
+  /// Weight of an observation at a depth edge; not to be set by a user.
   double edge_weight_ratio = 0.125;
 
   bool carving = true;

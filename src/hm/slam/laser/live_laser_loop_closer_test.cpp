@@ -1,4 +1,4 @@
-#include "hm/slam/laser/live_loop_closer.hpp"
+#include "hm/slam/laser/live_laser_loop_closer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,9 +39,9 @@ std::vector<OdometryOfScan> drifting_drive() {
   return result;
 }
 
-TEST(LiveLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
-  LoopCloser plain;
-  LiveLoopCloser caller({}, LoopThread::kCaller), own({}, LoopThread::kOwn);
+TEST(LiveLaserLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
+  LaserLoopCloser plain;
+  LiveLaserLoopCloser caller({}, LoopThread::kCaller), own({}, LoopThread::kOwn);
   for (const OdometryOfScan& next : drifting_drive()) {
     plain.add(next.scan, next.step);
     caller.add(next.scan, next.step);
@@ -57,16 +57,16 @@ TEST(LiveLoopCloser, GivesTheSameBitsOnAThreadOfItsOwn) {
   own.finish();
   ASSERT_GT(plain.graph().statistics().accepted, 0u);
   const auto& wanted = plain.graph().graph().T_map_node;
-  for (const LoopCloser* closer : {&caller.settled(), &own.settled()}) {
+  for (const LaserLoopCloser* closer : {&caller.settled(), &own.settled()}) {
     const auto& nodes = closer->graph().graph().T_map_node;
     ASSERT_EQ(nodes.size(), wanted.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) ASSERT_EQ(nodes[i].vector(), wanted[i].vector()) << i;
   }
 }
 
-TEST(LiveLoopCloser, EndsWhileScansWait) {
+TEST(LiveLaserLoopCloser, EndsWhileScansWait) {
   const auto drive = drifting_drive();
-  LiveLoopCloser live({}, LoopThread::kOwn);
+  LiveLaserLoopCloser live({}, LoopThread::kOwn);
   for (const OdometryOfScan& next : drive) live.add(next.scan, next.step);
   // Its end drops those that wait, and waits for the one that is processed.
 }

@@ -1,6 +1,6 @@
-#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameter_list.hpp"
 
-#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameter_list.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/slam/laser/loop_closer.hpp"
+#include "hm/slam/laser/laser_loop_closer.hpp"
 
 namespace hm {
 namespace {
@@ -9,12 +9,12 @@ constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
 
 }  // namespace
 
-std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
+std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
   const auto keyframe = keyframes_.add(scan, step);
   return keyframe ? std::optional(add(*keyframe)) : std::nullopt;
 }
 
-ScanGraphStep LoopCloser::add(const GraphKeyframe2D& keyframe) {
+ScanGraphStep LaserLoopCloser::add(const GraphKeyframe2D& keyframe) {
   const ScanGraphStep result = graph_.add_keyframe(keyframe);
   new_loops_ += result.loops_accepted;
   const bool is_large =
@@ -23,12 +23,12 @@ ScanGraphStep LoopCloser::add(const GraphKeyframe2D& keyframe) {
   return result;
 }
 
-PoseGraphSolution LoopCloser::solve(bool whole) {
+PoseGraphSolution LaserLoopCloser::solve(bool whole) {
   new_loops_ = 0;
   ++solutions_;
   return graph_.optimise(window_.next(graph_.size(), whole));
 }
 
-PoseGraphSolution LoopCloser::finish() { return solve(true); }
+PoseGraphSolution LaserLoopCloser::finish() { return solve(true); }
 
 }  // namespace hm
