@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <cstring>
 
+#include "dense/peer.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "measurement.hpp"
-#include "peer.hpp"
 
 namespace {
 

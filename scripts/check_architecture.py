@@ -169,7 +169,8 @@ class Checker:
                 self.report(relative, 0, f"has {count} lines, more than {rules.MAX_README_LINES}")
 
     def note_unit(self, path):
-        if path.parts[:2] == ("src", "hm") and not is_test(path) and not is_bench(path):
+        is_library = path.parts[:2] == ("src", "hm") and not is_bench(path)
+        if (is_library or path.parts[0] in ("apps", "bench")) and not is_test(path):
             self.units.setdefault(path.parent, set()).add(path.stem)
 
     def check_units(self):

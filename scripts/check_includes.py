@@ -59,6 +59,11 @@ def includes_of(path):
     return INCLUDE.findall(path.read_text(encoding="utf-8"))
 
 
+def places_of(root, path, target):
+    """Where a header that a file names may lie: in the library, beside the file, in the program."""
+    return root / "src" / target, path.parent / target, root / "apps/hm" / target
+
+
 def reached(root, path):
     """Every header that a file reaches through the project's own."""
     seen, todo = set(), [path]
@@ -68,7 +73,7 @@ def reached(root, path):
                 continue
             seen.add(target)
             seen.update(BRINGS.get(target, []))
-            for own in (root / "src" / target, path.parent / target):
+            for own in places_of(root, path, target):
                 if own.is_file():
                     todo.append(own)
     return seen
@@ -125,7 +130,7 @@ def own_functions(root):
 def own_files_reached(root, path):
     files = {path}
     for target in reached(root, path):
-        for own in (root / "src" / target, path.parent / target):
+        for own in places_of(root, path, target):
             if own.is_file():
                 files.add(own)
     return files

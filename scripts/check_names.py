@@ -23,7 +23,7 @@ from cpp_definitions import definitions
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ["src", "apps", "tests", "bench", "examples"]
 EVERY_PROGRAM = ("main(", "LLVMFuzzerTestOneInput(", "operatornew", "operatordelete")  # one in each program
-ALTERNATIVES = [{"bench/peer_none.cpp", "bench/peer_open3d.cpp"}]  # of which the build takes one
+ALTERNATIVES = [{"bench/dense/peer_none.cpp", "bench/dense/peer_open3d.cpp"}]  # of which the build takes one
 
 
 def listed(path, definition):

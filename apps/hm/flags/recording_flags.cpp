@@ -1,0 +1,58 @@
+#include "flags/recording_flags.hpp"
+
+#include "program.hpp"
+
+void RecordingFlags::add_to(CLI::App& command) {
+  command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
+      ->check(CLI::IsMember({"tum", "7scenes", "icl"}))
+      ->group("Recording");
+  add_images_to(command, "Recording", "folder");
+}
+
+void RecordingFlags::add_camera_to(CLI::App& command) { add_images_to(command, "Camera", "camera"); }
+
+void RecordingFlags::add_images_to(CLI::App& command, const std::string& group, const std::string& source) {
+  command
+      .add_option("--calibration", calibration,
+                  "calibration.toml to apply to every image (default: " +
+                      (source == "folder" ? std::string("the one in the folder)") : std::string("none)")))
+      ->group(group);
+  command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the " + source + ")")
+      ->expected(4)
+      ->group(group);
+  command
+      .add_option("--size", size_px, "width and height of the images, with --intrinsics (default: 640 480)")
+      ->expected(2)
+      ->group(group);
+  command
+      .add_option("--depth-units-per-m", depth_units_per_m,
+                  "value in the depth images for one metre (default: from the " + source + ")")
+      ->check(positive_number())
+      ->group(group);
+}
+
+void RecordingFlags::add_force_to(CLI::App& command) {
+  command.add_flag("--force", force, "run even though the recording looks unusable")->group("Recording");
+}
+
+hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
+  hm::RecordingOptions options;
+  if (kind == "tum") options.kind = hm::RecordingKind::kTumRgbd;
+  if (kind == "7scenes") options.kind = hm::RecordingKind::kSevenScenes;
+  if (kind == "icl") options.kind = hm::RecordingKind::kIclNuim;
+  options.calibration = calibration;
+  if (depth_units_per_m > 0) options.depth_units_per_m = depth_units_per_m;
+  if (intrinsics.size() == 4) {
+    hm::PinholeCamera camera;
+    camera.width = size_px.size() == 2 ? size_px[0] : 640;
+    camera.height = size_px.size() == 2 ? size_px[1] : 480;
+    camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2],
+    camera.cy = intrinsics[3];
+    if (const auto checked = hm::check_camera(camera); !checked)
+      return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
+    options.camera = camera;
+  } else if (!size_px.empty()) {
+    return hm::fail(hm::ErrorCode::kUsage, "--size", "needs --intrinsics");
+  }
+  return options;
+}
