@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <span>
 
 #include "hm/core/angle.hpp"
 
@@ -11,6 +12,7 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kMostSteps = 60;
+constexpr std::size_t kMostColorSteps = 12;  ///< images are decoded for these
 /// From where on a difference is doubtful, and broken.
 struct StepLimits {
   double doubtful, broken;
@@ -22,6 +24,9 @@ constexpr StepLimits kContradictedRatio{0.2, 0.5};
 constexpr StepLimits kStepOffsetRatio{0.025, 0.06};
 /// Turns of what one image shows against the other. True poses of real recordings reach 0.048.
 constexpr StepLimits kTilt_rad{0.06, 0.15};
+/// Turns about the optical axis, and shifts as angles, of one colour image against the other, which depth
+/// does not show on a wall. True poses of real recordings reach 0.032.
+constexpr StepLimits kColor_rad{0.06, 0.15};
 
 /// A step from a view to the next.
 struct PathStep {
@@ -74,28 +79,37 @@ void judge_steps(const Recording& recording, const std::vector<PosedView>& views
   std::vector<ViewPair> neighbours;
   for (const PathStep& step : suspicious_steps(views)) neighbours.push_back({step.to - 1, step.to});
   const auto all = differences(recording, views, neighbours, run, "comparing neighbours");
+  const auto most_unlike = std::span(neighbours).first(std::min(neighbours.size(), kMostColorSteps));
+  std::vector<double> by_color = color_differences_rad(recording, views, most_unlike, run);
+  by_color.resize(neighbours.size());
   for (std::size_t k = 0; k < neighbours.size(); ++k) {
     const std::optional<ViewDifference>& differs = all[k];
     if (!differs) continue;
     ++found.compared;
     const double gravity =
         std::max({differs->contradicted_ratio / kContradictedRatio.doubtful,
-                  differs->offset_ratio / kStepOffsetRatio.doubtful, differs->tilt_rad / kTilt_rad.doubtful});
+                  differs->offset_ratio / kStepOffsetRatio.doubtful, differs->tilt_rad / kTilt_rad.doubtful,
+                  by_color[k] / kColor_rad.doubtful});
     if (gravity <= worst) continue;
     worst = gravity;
     found.worst_time_s = views[neighbours[k].second].time_s;
     found.contradicted_ratio = differs->contradicted_ratio;
     found.offset_ratio = differs->offset_ratio;
     found.tilt_rad = differs->tilt_rad;
+    found.color_rad = by_color[k];
   }
   if (worst <= 1) return;
   const bool broken = found.contradicted_ratio > kContradictedRatio.broken ||
-                      found.offset_ratio > kStepOffsetRatio.broken || found.tilt_rad > kTilt_rad.broken;
-  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
-              fmt::format("{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the "
-                          "free space of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees",
-                          found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
-                          found.tilt_rad * kDegreesPerRadian));
+                      found.offset_ratio > kStepOffsetRatio.broken || found.tilt_rad > kTilt_rad.broken ||
+                      found.color_rad > kColor_rad.broken;
+  verdict.add(
+      broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+      fmt::format(
+          "{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the "
+          "free space of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees, colour moved "
+          "by {:.1f} degrees",
+          found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
+          found.tilt_rad * kDegreesPerRadian, found.color_rad * kDegreesPerRadian));
 }
 
 }  // namespace hm

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "hm/core/parallel.hpp"
+#include "hm/pipeline/checks/image_motion.hpp"
 #include "hm/pipeline/checks/pose_agreement.hpp"
 
 namespace hm {
@@ -25,6 +26,24 @@ std::optional<ViewDifference> difference(const Recording& recording, const Posed
   const Agreement back = compare(*second, *first, recording.camera(), {});
   return ViewDifference{std::max(there.contradicted_ratio, back.contradicted_ratio),
                         std::min(there.systematic, back.systematic), std::min(there.tilt_rad, back.tilt_rad)};
+}
+
+std::optional<RgbdFrame> read_with_color(const Recording& recording, const PosedView& view) {
+  auto frame = recording.read(view.index);
+  if (!frame) return std::nullopt;
+  frame->T_world_camera = view.T_world_camera;
+  return std::move(*frame);
+}
+
+double color_difference_rad(const Recording& recording, const PosedView& a, const PosedView& b) {
+  // Below these a motion may be chance: a blank wall, a pattern that repeats.
+  constexpr double kMinLikeness = 0.9, kMinGain = 0.05;
+  const auto first = read_with_color(recording, a), second = read_with_color(recording, b);
+  if (!first || !second) return 0;
+  const auto motion = image_motion(*first, *second, recording.camera());
+  if (!motion || motion->likeness < kMinLikeness || motion->likeness - motion->unmoved_likeness < kMinGain)
+    return 0;
+  return motion->angle_rad(recording.camera());
 }
 
 }  // namespace
@@ -61,6 +80,15 @@ std::vector<std::optional<ViewDifference>> differences(const Recording& recordin
       found[done + i] = difference(recording, views[pair.first], views[pair.second]);
     });
   }
+  return found;
+}
+
+std::vector<double> color_differences_rad(const Recording& recording, const std::vector<PosedView>& views,
+                                          std::span<const ViewPair> pairs, const RunContext& run) {
+  std::vector<double> found(pairs.size());
+  ParallelLoop(run.threads).for_ranges(pairs.size(), 1, [&](std::size_t i, std::size_t) {
+    found[i] = color_difference_rad(recording, views[pairs[i].first], views[pairs[i].second]);
+  });
   return found;
 }
 

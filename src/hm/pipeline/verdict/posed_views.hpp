@@ -34,11 +34,16 @@ struct ViewDifference {
 struct ViewPair {
   std::size_t first = 0, second = 0;
 };
-/// Of every pair; none where an image cannot be read, or where the views share less than 30 % of their
-/// points. On the threads of the run, with its progress as `stage`.
+/// Of every pair, by depth; none where an image cannot be read, or where the views share less than 30 % of
+/// their points. On the threads of the run, with its progress as `stage`.
 std::vector<std::optional<ViewDifference>> differences(const Recording& recording,
                                                        const std::vector<PosedView>& views,
                                                        std::span<const ViewPair> pairs, const RunContext& run,
                                                        const char* stage);
+
+/// How far the views of every pair differ as their colour images show it (image_motion.hpp), as an angle at
+/// the camera; 0 where they do not show it clearly, or cannot be read. On the threads of the run.
+std::vector<double> color_differences_rad(const Recording& recording, const std::vector<PosedView>& views,
+                                          std::span<const ViewPair> pairs, const RunContext& run);
 
 }  // namespace hm

@@ -134,6 +134,7 @@ void visit(const StepConsistency& steps, SummaryTree& v) {
   v({"contradicted_ratio", "worst neighbours, contradicted", "{:.0f} %", 100}, steps.contradicted_ratio);
   v({"offset_ratio", "worst neighbours, depth differs by", "{:.1f} %", 100}, steps.offset_ratio);
   v({"tilt_rad", "worst neighbours, tilted by", "{:.3f} rad"}, steps.tilt_rad);
+  v({"color_rad", "worst neighbours, colour moved by", "{:.3f} rad"}, steps.color_rad);
 }
 
 constexpr std::size_t kEnoughToBreak = 9;

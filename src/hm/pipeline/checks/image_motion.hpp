@@ -1,0 +1,26 @@
+#pragma once
+#include <optional>
+
+#include "hm/geometry/camera.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+/// What moves a colour image, as depth and poses say another camera sees it, onto what that camera saw.
+struct ImageMotion {
+  double turn_rad = 0;           ///< about the optical axis
+  Vec2 shift_px = Vec2::Zero();  ///< after it
+  double likeness = 0;           ///< correlation of the brightness with this motion, at most 1
+  double unmoved_likeness = 0;   ///< without it
+
+  /// The larger of turn and shift, as an angle at the camera.
+  [[nodiscard]] double angle_rad(const PinholeCamera& camera) const;
+};
+
+/// Searches turns of up to 12 degrees and shifts of up to a tenth of the image's width, in steps of 1.5
+/// degrees and an eightieth of the width. Both frames have poses; `camera` has no distortion. None where a
+/// frame has no colour, or where they share too little.
+std::optional<ImageMotion> image_motion(const RgbdFrame& from, const RgbdFrame& to,
+                                        const PinholeCamera& camera);
+
+}  // namespace hm
