@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "hm/core/text/counted.hpp"
 #include "hm/io/pose/relations_file.hpp"
@@ -50,6 +51,23 @@ std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const Lase
   return comparisons;
 }
 
+double yaw_between(const SE3& a, const SE3& b) {
+  return (SE2::from_se3(a).inverse() * SE2::from_se3(b)).angle();
+}
+
+/// Scans whose beams are spread over another angle than they were taken in, or mirrored, match well and give
+/// a map that is bent: it turns less, more, or the other way than the vehicle did.
+void judge_turns(const LaserRecording& recording, const LaserSummary& summary, RunVerdict& verdict) {
+  constexpr double kLeastRatio = 0.8, kMostRatio = 1.25;
+  if (!summary.matched_scans || recording.odometry.empty()) return;
+  const std::optional<double> ratio = turn_ratio(summary.trajectory_odom, recording.odometry);
+  if (!ratio || (*ratio >= kLeastRatio && *ratio <= kMostRatio)) return;
+  verdict.add(MapVerdict::kDoubtful,
+              fmt::format("by scan matching the vehicle turns {:.2f} times as far as by its odometry: the "
+                          "angles of the beams, or the turns of odometry, are wrong",
+                          *ratio));
+}
+
 void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
   judge_missing_poses(summary.scans_failed, summary.scans_read, "scans", verdict);
   if (summary.restarts > 0)
@@ -82,13 +100,42 @@ std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Tra
   return wrong;
 }
 
-RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits,
-                           const LaserMapFrame& frame) {
+std::optional<double> turn_ratio(const Trajectory& matched, const Trajectory& odometry) {
+  // A turn is measured over so much of it, and at most so long.
+  constexpr double kTurn_rad = 0.3, kLongest_s = 3;
+  constexpr double kLeastTurned_rad = 1, kMinCorrelation = 0.8;
+  double of_odometry = 0, of_matching = 0, of_both = 0, turned_rad = 0;
+  std::optional<SE3> odometry_begin;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < matched.size(); ++i) {
+    const auto now = pose_at(odometry, matched[i].stamp, Duration::from_seconds(1));
+    if (!now || !odometry_begin) {
+      odometry_begin = now, begin = i;
+      continue;
+    }
+    const double by_odometry = yaw_between(*odometry_begin, *now);
+    const double by_matching = yaw_between(matched[begin].T_world_base, matched[i].T_world_base);
+    const bool is_turn = std::max(std::abs(by_odometry), std::abs(by_matching)) >= kTurn_rad;
+    if (!is_turn && (matched[i].stamp - matched[begin].stamp).seconds() < kLongest_s) continue;
+    of_odometry += by_odometry * by_odometry;
+    of_matching += by_matching * by_matching;
+    of_both += by_odometry * by_matching;
+    turned_rad += std::abs(by_odometry);
+    odometry_begin = now, begin = i;
+  }
+  const double correlation = of_both / std::sqrt(of_odometry * of_matching);
+  if (turned_rad < kLeastTurned_rad || !(std::abs(correlation) >= kMinCorrelation)) return std::nullopt;
+  return std::copysign(std::sqrt(of_matching / of_odometry), correlation);
+}
+
+RunVerdict judge_laser_run(const LaserRecording& recording, const LaserSummary& summary,
+                           const ScanVisits& visits, const LaserMapFrame& frame) {
   RunVerdict verdict;
   if (!summary.trajectory_odom.empty())
     judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kLaserVisitLimits,
                  "scans", verdict);
   judge_failures(summary, verdict);
+  judge_turns(recording, summary, verdict);
   return verdict;
 }
 

@@ -20,7 +20,12 @@ std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Tra
 inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 1, 0.4};
 
 /// What speaks against the result, without truth: contradictions between visits of a place, scans without a
-/// pose, matching that was lost, a doubtful place in a saved map.
-RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits, const LaserMapFrame& frame);
+/// pose, matching that was lost, a doubtful place in a saved map, turns that differ from those of odometry.
+RunVerdict judge_laser_run(const LaserRecording& recording, const LaserSummary& summary,
+                           const ScanVisits& visits, const LaserMapFrame& frame);
+
+/// How far scan matching turns where odometry turns by one radian; negative: the other way. Over turns of 0.3
+/// rad or 3 s. Nothing where odometry turns by less than 1 rad in all, or where the two are not alike at all.
+std::optional<double> turn_ratio(const Trajectory& matched, const Trajectory& odometry);
 
 }  // namespace hm

@@ -352,7 +352,7 @@ Result<LaserSummary> Run::finish() {
   const std::optional<MultiVolumeGrid>& corrected = *made;
   if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
     return tl::make_unexpected(not_localised(*place));
-  summary_.verdict = judge_laser_run(summary_, pipeline_.visits(), pipeline_.map_frame());
+  summary_.verdict = judge_laser_run(recording_, summary_, pipeline_.visits(), pipeline_.map_frame());
   summary_.run_s = run_watch_.seconds();
   const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
   if (view_) view_->show_end(map, summary_);

@@ -1,0 +1,58 @@
+#include "hm/pipeline/laser/run/laser_evaluation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hm {
+namespace {
+
+/// Poses every tenth of a second of a vehicle whose yaw is `yaw_of` the time.
+template <class YawOf>
+Trajectory turning(double duration_s, const YawOf& yaw_of) {
+  Trajectory trajectory;
+  for (double t = 0; t < duration_s; t += 0.1)
+    trajectory.push_back({Time::from_seconds(t), SE3(so3_exp(Vec3(0, 0, yaw_of(t))), Vec3(0.5 * t, 0, 0))});
+  return trajectory;
+}
+double swaying(double t) { return 1.2 * std::sin(0.4 * t); }
+
+TEST(TurnRatio, IsOneWhereBothTurnAlike) {
+  const auto ratio =
+      turn_ratio(turning(60, swaying), turning(60, [](double t) { return swaying(t) + 0.02 * t; }));
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.05);
+}
+
+TEST(TurnRatio, ShowsBeamsSpreadOverAnotherAngleAndMirroredOnes) {
+  for (const double factor : {0.5, 1.9, -1.0}) {
+    const auto ratio =
+        turn_ratio(turning(60, [&](double t) { return factor * swaying(t); }), turning(60, swaying));
+    ASSERT_TRUE(ratio);
+    EXPECT_NEAR(*ratio, factor, 0.05);
+  }
+}
+
+TEST(TurnRatio, IsNotGivenWhereLittleIsTurnedOrNothingIsAlike) {
+  const auto straight = [](double t) { return 0.01 * std::sin(t); };
+  EXPECT_FALSE(turn_ratio(turning(60, straight), turning(60, straight)));
+  EXPECT_FALSE(turn_ratio(turning(60, swaying), turning(60, [](double t) { return std::sin(1.7 * t + 1); })));
+  EXPECT_FALSE(turn_ratio({}, turning(60, swaying)));
+  EXPECT_FALSE(turn_ratio(turning(60, swaying), {}));
+}
+
+TEST(TurnRatio, LeavesOutWhereOdometryHasAGap) {
+  Trajectory odometry = turning(60, swaying);
+  std::erase_if(odometry, [](const StampedPose& pose) {
+    return pose.stamp.seconds() > 20 && pose.stamp.seconds() < 40;
+  });
+  for (StampedPose& pose : odometry)  // after the gap it begins anew
+    if (pose.stamp.seconds() >= 40)
+      pose.T_world_base = SE3(so3_exp(Vec3(0, 0, 2)), Vec3::Zero()) * pose.T_world_base;
+  const auto ratio = turn_ratio(turning(60, swaying), odometry);
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.02);
+}
+
+}  // namespace
+}  // namespace hm
