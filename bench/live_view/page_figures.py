@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Figures of the page in a browser that draws by software, with the model of a server that runs.
 
-    bench/page_figures.py URL [--small URL]     prints JSON; needs chromium, chromium-driver and python3-selenium
+    bench/live_view/page_figures.py URL [--small URL]     prints JSON; needs chromium, chromium-driver and python3-selenium
 
 A picture of a whole house takes seconds where software draws it. What a machine with graphics sees is measured with every draw call
 cut to no triangles: all calls are made, all pages are decoded and copied, but the software has nothing to draw.

@@ -103,7 +103,7 @@ class Reconstruct(support.ProgramTest):
         self.assertAlmostEqual(by_number["triangles"] / run["triangles"], 1, delta=1e-3)
         (self.folder / "many.kitti").write_text("\n".join(lines + lines[-1:]) + "\n")
         error = self.run_hm("reconstruct", "recording", "--poses", "many.kitti", "-o", "none", expect=3)
-        self.assertIn("has a pose of frame 40, and the recording 40 frames", error.stderr)
+        self.assertIn("holds 41 poses without stamps, and the recording 40 frames", error.stderr)
         copied = self.run_json("convert", "recording", "copy")
         self.assertEqual((copied["items"], copied["skipped"]), (40, 0))
         self.run_hm("reconstruct", "copy", "-o", "of_copy", "--voxel", "0.03", "--quiet", *PLAIN)

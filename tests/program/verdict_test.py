@@ -1,6 +1,6 @@
 """The verdict of a run: good results are ok, bent ones are not; --strict; console, JSON and report agree."""
 import support
-from bent_poses import bent, read_rows
+from bent_poses import bent, read_rows, rotated
 
 
 FEWER = ("--set", "reconstruction.frame_stride=2", "--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000")
@@ -48,7 +48,8 @@ class Verdict(support.SharedFolderTest):
     def test_a_jump_shows_where_no_place_is_seen_twice(self):
         short, _ = support.simulated("room", "--set", "simulation.frame_limit=25")
         rows = read_rows(short / "groundtruth.txt")
-        for name, bend, limit in (("still", {}, 0), ("twist", {"turn_deg": 8}, 1), ("shift", {"shift_m": 0.25, "axis": (0, 1, 0)}, 1)):
+        ahead = rotated(rows[12][4:8], (0, 0, 1))
+        for name, bend, limit in (("still", {}, 0), ("roll", {"turn_deg": 6, "axis": ahead}, 1), ("twist", {"turn_deg": 8}, 1), ("shift", {"shift_m": 0.25, "axis": (0, 1, 0)}, 1)):
             (self.folder / "poses.txt").write_text(bent(rows, 0.5, **bend))
             run = self.run_json("reconstruct", short, "-o", name, "--poses", self.folder / "poses.txt", "--set",
                                 "reconstruction.pictures=false")
@@ -58,6 +59,9 @@ class Verdict(support.SharedFolderTest):
             self.assertEqual(len(verdict["reasons"]), limit, verdict)
             if limit:
                 self.assertIn("the path jumps", verdict["reasons"][0])
+                if name == "roll":
+                    self.assertAlmostEqual(verdict["steps"]["color_rad"], 0.105, delta=0.03)
+                    self.assertIn("colour moved by", verdict["reasons"][0])
                 self.assertAlmostEqual(verdict["steps"]["worst_time_s"], rows[12][0] - rows[0][0], delta=0.01)
             else:
                 self.assertLess(verdict["steps"]["tilt_rad"], 0.03)

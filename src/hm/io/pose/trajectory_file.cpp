@@ -56,7 +56,7 @@ class TrajectoryReader {
  public:
   explicit TrajectoryReader(const TextFile& file) : file_(file) {}
 
-  Result<PoseFile> read() {
+  Result<Trajectory> read() {
     for (const std::string_view comment : file_.comments())
       if (comment.starts_with("#timestamp") && comment.find(',') != std::string_view::npos)
         format_ = Format::kEuroc;
@@ -66,8 +66,12 @@ class TrajectoryReader {
     }
     if (trajectory_.empty()) return fail(ErrorCode::kCorrupted, file_.where(), "holds no pose");
     if (frame_) return fail(ErrorCode::kCorrupted, where_, "the last matrix is cut off");
-    return PoseFile{std::move(trajectory_), format_ == Format::kTum || format_ == Format::kEuroc};
+    return std::move(trajectory_);
   }
+  [[nodiscard]] bool has_stamps() const { return format_ == Format::kTum || format_ == Format::kEuroc; }
+  /// Numbers of the frames, where poses have no stamps.
+  [[nodiscard]] const std::vector<std::size_t>& frames() const { return frames_; }
+  [[nodiscard]] bool names_frames() const { return format_ == Format::kRedwood; }
 
  private:
   using Row = std::vector<std::string_view>;
@@ -112,6 +116,9 @@ class TrajectoryReader {
                     row.size());
       frame_ = parse_frame_number(row[0]);
       if (!frame_) return fail(ErrorCode::kCorrupted, where_, "'{}' is no frame number", row[0]);
+      if (parse_frame_number(row[1]) != frame_)
+        return fail(ErrorCode::kCorrupted, where_, "'{} {}' is a pair of frames: motions are no trajectory",
+                    row[0], row[1]);
       return {};
     }
     if (row.size() != 4)
@@ -145,6 +152,7 @@ class TrajectoryReader {
     for (int i = 0; i < 16; ++i) matrix(i / 4, i % 4) = v[static_cast<std::size_t>(i)];
     const auto pose = SE3::from_matrix(matrix);
     if (!pose) return fail(pose.error().code, where_, "{}", pose.error().message);
+    frames_.push_back(frame);
     return append({Time::from_seconds(static_cast<double>(frame)), *pose});
   }
 
@@ -173,6 +181,7 @@ class TrajectoryReader {
   Trajectory trajectory_;
   std::optional<std::uint32_t> frame_;  ///< Redwood: whose matrix is being read
   Row rows_;                            ///< what has been read of it
+  std::vector<std::size_t> frames_;
 };
 
 /// Appends a number with 9 decimals, zero without sign.
@@ -182,16 +191,29 @@ void append_decimals(fmt::memory_buffer& out, double value) {
 
 }  // namespace
 
-Result<PoseFile> read_pose_file(const std::filesystem::path& path) {
+Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
   return TrajectoryReader(*file).read();
 }
 
-Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
-  auto file = read_pose_file(path);
+Result<Trajectory> read_trajectory_of(const std::filesystem::path& path, std::span<const Time> stamps) {
+  const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
-  return std::move(file->poses);
+  TrajectoryReader reader(*file);
+  auto poses = reader.read();
+  if (!poses || reader.has_stamps()) return poses;
+  if (!reader.names_frames() && poses->size() != stamps.size())
+    return fail(ErrorCode::kInvalidValue, path, "holds {} poses without stamps, and the recording {} frames",
+                poses->size(), stamps.size());
+  for (std::size_t i = 0; i < poses->size(); ++i) {
+    const std::size_t frame = reader.frames()[i];
+    if (frame >= stamps.size())
+      return fail(ErrorCode::kInvalidValue, path,
+                  "has a pose of frame {}, and the recording {} frames, from 0 on", frame, stamps.size());
+    (*poses)[i].stamp = stamps[frame];
+  }
+  return poses;
 }
 
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <span>
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/trajectory.hpp"
@@ -17,19 +18,18 @@ namespace hm {
 ///   of
 ///          four numbers
 ///
-/// The last three have no stamps: pose i gets i seconds.
+/// The last three have no stamps: pose i, in Redwood's the one of frame i, gets i seconds.
 ///
 /// Comments (#), blank lines and CRLF are skipped. Errors name file:line: a wrong number of columns, a number
 /// that is not finite, a quaternion that is not of length 1 (within 1 %), a matrix that is not rigid, stamps
-/// that do not increase, no pose at all. Decimal stamps are read exactly, to the nanosecond.
+/// that do not increase, no pose at all, a Redwood block of a pair of frames or cut off. Decimal stamps are
+/// read exactly, to the nanosecond.
 Result<Trajectory> read_trajectory(const std::filesystem::path& path);
 
-/// The same with what the stamps are.
-struct PoseFile {
-  Trajectory poses;
-  bool has_stamps = true;  ///< false: they are the numbers of the frames
-};
-Result<PoseFile> read_pose_file(const std::filesystem::path& path);
+/// The same for the frames of a recording, whose stamps these are: poses without stamps are those of the
+/// frames with their numbers, from 0 on. Further errors (kInvalidValue): KITTI or Replica with another number
+/// of poses than frames, Redwood with a frame that the recording does not have.
+Result<Trajectory> read_trajectory_of(const std::filesystem::path& path, std::span<const Time> stamps);
 
 /// Writes the TUM format atomically: 9 decimals, single spaces, no comment, quaternions with qw >= 0.
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory);

@@ -83,13 +83,39 @@ TEST(TrajectoryFile, MatricesOfFramesHaveNoStamps) {
   write_bytes(folder / "traj.txt", lines);
   write_bytes(folder / "poses.log", blocks);
   for (const auto& [name, step] : {std::pair{"traj.txt", 1}, std::pair{"poses.log", 2}}) {
-    const auto read = read_pose_file(folder / name);
+    const auto read = read_trajectory(folder / name);
     ASSERT_TRUE(read) << to_string(read.error());
-    EXPECT_FALSE(read->has_stamps);
-    expect_equal(read->poses, trajectory, 1e-9);
+    expect_equal(*read, trajectory, 1e-9);
     for (int i = 0; i < 3; ++i)
-      EXPECT_EQ(read->poses[static_cast<std::size_t>(i)].stamp, Time::from_seconds(i * step)) << name;
+      EXPECT_EQ((*read)[static_cast<std::size_t>(i)].stamp, Time::from_seconds(i * step)) << name;
   }
+}
+
+TEST(TrajectoryFile, PosesWithoutStampsAreThoseOfTheFrames) {
+  const TemporaryFolder folder;
+  std::vector<Time> stamps;
+  for (const double at : {7.0, 7.5, 9.0}) stamps.push_back(Time::from_seconds(at));
+  const std::string matrix = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+  const std::string rows = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  write_bytes(folder / "traj.txt", matrix + "\n" + matrix + "\n" + matrix + "\n");
+  write_bytes(folder / "some.log", "0 0 1\n" + rows + "2 2 3\n" + rows);
+  write_bytes(folder / "short.txt", matrix + "\n" + matrix + "\n");
+  write_bytes(folder / "beyond.log", "3 3 4\n" + rows);
+  write_bytes(folder / "stamped.txt", "7.25 0 0 0 0 0 0 1\n");
+  const auto stamps_in = [&](const char* name) {
+    std::vector<Time> found;
+    const auto read = read_trajectory_of(folder / name, stamps);
+    EXPECT_TRUE(read) << to_string(read.error());
+    for (const StampedPose& pose : read.value_or(Trajectory())) found.push_back(pose.stamp);
+    return found;
+  };
+  EXPECT_EQ(stamps_in("traj.txt"), stamps);
+  EXPECT_EQ(stamps_in("some.log"), (std::vector<Time>{stamps[0], stamps[2]}));
+  EXPECT_EQ(stamps_in("stamped.txt"), (std::vector<Time>{Time::from_seconds(7.25)}));
+  EXPECT_THAT(to_string(read_trajectory_of(folder / "short.txt", stamps).error()),
+              HasSubstr("holds 2 poses without stamps, and the recording 3 frames"));
+  EXPECT_THAT(to_string(read_trajectory_of(folder / "beyond.log", stamps).error()),
+              HasSubstr("has a pose of frame 3, and the recording 3 frames"));
 }
 
 TEST(TrajectoryFile, RedwoodBlocksThatAreNoneAreErrorsWithTheirLine) {
@@ -100,6 +126,8 @@ TEST(TrajectoryFile, RedwoodBlocksThatAreNoneAreErrorsWithTheirLine) {
         {good + "1 1 2\n", "t.log:6: the last matrix is cut off"},
         {good + "1 0 0 0\n", "t.log:6: 4 columns instead of 3"},
         {good + "1 1 2\n1 0 0\n", "t.log:7: 3 columns instead of 4"},
+        {"0 1 2\n", "t.log:1: '0 1' is a pair of frames"},
+        {"0 x 2\n", "t.log:1: '0 x' is a pair of frames"},
         {"-1 0 1\n", "t.log:1: '-1' is no frame number"},
         {"9999999999 0 1\n", "t.log:1: '9999999999' is no frame number"},
         {good + good, "t.log:10: the stamp does not come after"},

@@ -98,8 +98,9 @@ struct Stream {
   std::string_view folder, word = {};
 };
 constexpr std::array kDepthStreams{Stream{"depth"}, Stream{"results", "depth"}};
-constexpr std::array kColorStreams{Stream{"rgb"},   Stream{"color"},  Stream{"colour"},
-                                   Stream{"image"}, Stream{"images"}, Stream{"results", "frame"}};
+constexpr std::array kColorStreams{Stream{"rgb"}, Stream{"color"}, Stream{"colour"}, Stream{"image"},
+                                   Stream{"images"}};
+constexpr std::array kColorOfResults{Stream{"results", "frame"}};
 constexpr std::array kPoseStreams{Stream{"pose"}, Stream{"poses"}};
 
 std::vector<fs::path> files_of(const fs::path& recording, const Stream& stream,
@@ -174,34 +175,31 @@ PoseList read_matrices(const fs::path& recording, const Stream& stream, double r
   PoseList list;
   const auto unit = unit_of_names(files);
   if (!unit) return list;
+  std::map<SkippedLines::Reason, SkippedLines> skipped;
+  const auto skip = [&](SkippedLines::Reason reason, const fs::path& path) {
+    const SkippedLines first{reason, std::string(stream.folder), 0, 0, "pose", path.filename().string()};
+    ++skipped.try_emplace(reason, first).first->second.count;
+  };
   std::map<Time, fs::path> by_time;
   for (const fs::path& path : files) {
     const std::string stem = path.stem().string();
-    if (const auto stamp = time_of(number_in(stem), *unit, rate_hz)) by_time.emplace(*stamp, path);
+    const std::string_view number = number_in(stem);
+    const auto stamp = number.empty() ? std::nullopt : time_of(number, *unit, rate_hz);
+    if (!stamp)
+      skip(SkippedLines::Reason::kMalformed, path);
+    else if (!by_time.emplace(*stamp, path).second)
+      skip(SkippedLines::Reason::kStampNotIncreasing, path);
   }
-  std::map<SkippedLines::Reason, SkippedLines> skipped;
   for (const auto& [stamp, path] : by_time) {
-    const auto pose = read_pose_matrix(path);
-    if (pose) {
+    if (const auto pose = read_pose_matrix(path)) {
       list.poses.push_back({stamp, *pose});
-      continue;
+    } else {
+      skip(skip_reason(pose.error()), path);
+      list.lost.push_back(stamp);
     }
-    const SkippedLines::Reason reason = skip_reason(pose.error());
-    if (reason == SkippedLines::Reason::kNotFinite) list.lost.push_back(stamp);
-    const SkippedLines first{reason, std::string(stream.folder), 0, 0, "pose", path.filename().string()};
-    ++skipped.try_emplace(reason, first).first->second.count;
   }
   for (const auto& [reason, lines] : skipped) list.skipped.push_back(lines);
   return list;
-}
-
-/// Poses of a text file; those without stamps belong to the frames by their number.
-Result<PoseList> read_trajectory_list(const fs::path& path, double rate_hz) {
-  auto file = read_pose_file(path);
-  if (!file) return forward_error(file);
-  if (!file->has_stamps)
-    for (StampedPose& pose : file->poses) pose.stamp = Time::from_seconds(pose.stamp.seconds() / rate_hz);
-  return PoseList{std::move(file->poses), {}, {}};
 }
 
 }  // namespace
@@ -221,7 +219,8 @@ Result<NamedImages> list_named_images(const fs::path& folder, double rate_hz) {
   named.has_stamps = depth->unit != NameUnit::kFrames;
   named.lists.depth = list_stream(folder, depth->stream, depth->unit, rate_hz);
   std::string color_note = "no colour: there is no rgb, color, colour, image or images beside it";
-  if (const auto color = first_of(folder, kColorStreams)) {
+  const bool is_beside = depth->stream.folder == kColorOfResults[0].folder;
+  if (const auto color = is_beside ? first_of(folder, kColorOfResults) : first_of(folder, kColorStreams)) {
     named.lists.color = list_stream(folder, color->stream, color->unit, rate_hz);
     color_note = fmt::format("colour from {}/", color->stream.folder);
   }
@@ -231,16 +230,16 @@ Result<NamedImages> list_named_images(const fs::path& folder, double rate_hz) {
   return named;
 }
 
-Result<std::optional<NamedPoses>> find_named_poses(const fs::path& folder, double rate_hz) {
+Result<std::optional<NamedPoses>> find_named_poses(const fs::path& folder, std::span<const Time> stamps,
+                                                   double rate_hz) {
   for (const Stream& stream : kPoseStreams) {
     PoseList list = read_matrices(folder, stream, rate_hz);
-    if (!list.poses.empty() || !list.skipped.empty())
-      return NamedPoses{std::move(list), fmt::format("{}/", stream.folder)};
+    if (!list.poses.empty()) return NamedPoses{std::move(list), fmt::format("{}/", stream.folder)};
   }
   if (!is_file(folder / "traj.txt")) return std::nullopt;
-  auto list = read_trajectory_list(folder / "traj.txt", rate_hz);
-  if (!list) return forward_error(list);
-  return NamedPoses{std::move(*list), "traj.txt"};
+  auto poses = read_trajectory_of(folder / "traj.txt", stamps);
+  if (!poses) return forward_error(poses);
+  return NamedPoses{{std::move(*poses), {}, {}}, "traj.txt"};
 }
 
 }  // namespace hm::detail

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "hm/io/bytes/stamped_list.hpp"
@@ -28,10 +29,11 @@ struct NamedPoses {
   PoseList list;
   std::string source;  ///< "pose/", "traj.txt"
 };
-/// Reads the poses of named images where other programs leave them: a 4x4 matrix (T_world_camera) for each
-/// image in pose/ or poses/, named as the images (ScanNet); traj.txt, whose k-th pose is that of frame k
-/// where it has no stamps (Replica). Matrices that are no poses are counted, those that are not finite as
-/// lost. Nothing: neither is there. Error: traj.txt cannot be read.
-Result<std::optional<NamedPoses>> find_named_poses(const std::filesystem::path& folder, double rate_hz);
+/// Reads the poses of named images, whose stamps these are, where other programs leave them: a 4x4 matrix
+/// (T_world_camera) for each image in pose/ or poses/, named as the images (ScanNet); traj.txt
+/// (read_trajectory_of; Replica). Files of matrices that are no poses are counted, and tracking counts as
+/// lost then. Nothing: neither is there. Error: traj.txt cannot be used.
+Result<std::optional<NamedPoses>> find_named_poses(const std::filesystem::path& folder,
+                                                   std::span<const Time> stamps, double rate_hz);
 
 }  // namespace hm::detail

@@ -94,20 +94,21 @@ TEST(NamedImages, ReplicaHasBothKindsInOneFolderAndOnePoseALine) {
   EXPECT_EQ(seconds_of(named->lists.color), (std::vector<double>{0, 0.1}));
   EXPECT_EQ(named->lists.depth.images[1].path, "results/depth000001.png");
   EXPECT_EQ(named->lists.color.images[1].path, "results/frame000001.jpg");
-  const auto poses = find_named_poses(folder.path(), 10);
+  const std::vector<Time> stamps{Time::from_seconds(0), Time::from_seconds(0.1)};
+  const auto poses = find_named_poses(folder.path(), stamps, 10);
   ASSERT_TRUE(poses && *poses);
   EXPECT_EQ((*poses)->source, "traj.txt");
   ASSERT_EQ((*poses)->list.poses.size(), 2U);
   EXPECT_EQ((*poses)->list.poses[1].stamp, Time::from_seconds(0.1));
   EXPECT_EQ((*poses)->list.poses[1].T_world_base.translation(), Vec3(4, 5, 6));
   ASSERT_TRUE(write_file_text(folder.path() / "traj.txt", "1 0 0 1 0 1\n"));
-  EXPECT_FALSE(find_named_poses(folder.path(), 10));
+  EXPECT_FALSE(find_named_poses(folder.path(), stamps, 10));
 }
 
 TEST(NamedImages, PosesOfScanNetAreMatricesNamedAsTheImages) {
   const TemporaryFolder folder;
   touch(folder.path() / "depth", {"0.png", "1.png", "2.png", "10.png"});
-  EXPECT_FALSE(find_named_poses(folder.path(), 10)->has_value());
+  EXPECT_FALSE(find_named_poses(folder.path(), {}, 10)->has_value());
   fs::create_directories(folder.path() / "pose");
   const auto write = [&](const char* name, const char* text) {
     ASSERT_TRUE(write_file_text(folder.path() / "pose" / name, text));
@@ -116,17 +117,36 @@ TEST(NamedImages, PosesOfScanNetAreMatricesNamedAsTheImages) {
   write("0.txt", "1 0 0 5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
   write("1.txt", "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n");
   write("2.txt", "1 0 0\n");
-  const auto poses = find_named_poses(folder.path(), 10);
+  write("notes.txt", "none\n");
+  write("0010.txt", "1 0 0 7\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  const auto poses = find_named_poses(folder.path(), {}, 10);
   ASSERT_TRUE(poses && *poses);
   const PoseList& list = (*poses)->list;
   EXPECT_EQ((*poses)->source, "pose/");
   ASSERT_EQ(list.poses.size(), 2U);
   EXPECT_EQ(list.poses[1].stamp, Time::from_seconds(1.0));
   EXPECT_EQ(list.poses[1].T_world_base.translation().x(), 7);
-  EXPECT_EQ(list.lost, std::vector<Time>{Time::from_seconds(0.1)});
-  ASSERT_EQ(list.skipped.size(), 2U);
-  for (const SkippedLines& skipped : list.skipped)
-    EXPECT_EQ(skipped.place, skipped.reason == SkippedLines::Reason::kNotFinite ? "1.txt" : "2.txt");
+  EXPECT_EQ(list.lost, (std::vector<Time>{Time::from_seconds(0.1), Time::from_seconds(0.2)}));
+  EXPECT_FALSE(pose_between(list, Time::from_seconds(0.5), Duration::from_seconds(2)));
+  std::size_t skipped = 0;
+  for (const SkippedLines& lines : list.skipped) {
+    skipped += lines.count;
+    if (lines.reason == SkippedLines::Reason::kNotFinite) {
+      EXPECT_EQ(lines.place, "1.txt");
+    }
+  }
+  EXPECT_EQ(skipped, 4U);
+}
+
+TEST(NamedImages, ColorOfReplicaIsNotThatOfAnotherLayout) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "depth", {"1.png"});
+  touch(folder.path() / "results", {"frame1.png"});
+  EXPECT_TRUE(list_named_images(folder.path(), 30)->lists.color.images.empty());
+  touch(folder.path() / "results", {"depth1.png"});
+  const auto named = list_named_images(folder.path(), 30);
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->lists.depth.images[0].path, "depth/1.png");
 }
 
 TEST(NamedImages, AListGoesBeforeNames) {

@@ -101,8 +101,8 @@ tl::unexpected<Error> not_depth_images(const std::filesystem::path& path) {
   return fail(
       ErrorCode::kNotFound, path,
       "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM), for "
-      "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes), and for depth/ with images named by stamp "
-      "or number");
+      "frame-XXXXXX.depth.png or .pgm, here or in seq-XX (7-Scenes), and for depth/ or results/depth* with "
+      "images named by stamp or number");
 }
 
 Result<detail::RecordingListing> list_recording(const std::filesystem::path& path,

@@ -39,7 +39,7 @@ FramesByNumber frames_in(const fs::path& folder) {
     const auto name = number_and_suffix(entry.path().filename().string());
     if (!name) continue;
     const auto& [number, suffix] = *name;
-    if (is_depth(suffix)) frames[number].depth = entry.path();
+    if (is_depth(suffix) && frames[number].depth.extension() != ".png") frames[number].depth = entry.path();
     if (suffix == ".color.png" || suffix == ".color.jpg" || suffix == ".color.jpeg")
       frames[number].color = entry.path();
     if (suffix == ".pose.txt") frames[number].pose = entry.path();

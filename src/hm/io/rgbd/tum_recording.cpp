@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <span>
 
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/stamped_list.hpp"
@@ -74,16 +75,23 @@ Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, con
     given = std::move(*list);
   }
   if (info.trajectory_source.empty())
-    add_note(info, "no poses: there is no groundtruth.txt and no poses.txt");
+    add_note(info, "no poses: there is no groundtruth.txt, poses.txt, pose/ or traj.txt that can be used");
   info.trajectory = given.poses;
   return given;
 }
 
+std::vector<Time> stamps_of(const ImageList& list) {
+  std::vector<Time> stamps;
+  for (const StampedImage& picture : list.images) stamps.push_back(picture.stamp);
+  return stamps;
+}
+
 /// Those of the folder's lists, else those that other programs leave beside named images.
-Result<PoseList> poses_in(const fs::path& folder, double rate_hz, RecordingInfo& info) {
+Result<PoseList> poses_in(const fs::path& folder, std::span<const Time> stamps, double rate_hz,
+                          RecordingInfo& info) {
   const fs::path device = folder / "poses.txt", truth = folder / "groundtruth.txt";
   if (!is_file(device) && !is_file(truth) && has_named_images(folder)) {
-    auto named = find_named_poses(folder, rate_hz);
+    auto named = find_named_poses(folder, stamps, rate_hz);
     if (!named) add_note(info, "poses are not used: " + to_string(named.error()));
     if (named && *named) {
       add_skipped(info, (*named)->list.skipped);
@@ -93,12 +101,6 @@ Result<PoseList> poses_in(const fs::path& folder, double rate_hz, RecordingInfo&
     }
   }
   return choose_poses(device, truth, {}, info);
-}
-
-std::vector<Time> stamps_of(const ImageList& list) {
-  std::vector<Time> stamps;
-  for (const StampedImage& picture : list.images) stamps.push_back(picture.stamp);
-  return stamps;
 }
 
 /// Builds one frame per depth image; colour is paired by stamp, poses are interpolated at the depth's stamp.
@@ -189,7 +191,9 @@ void add_imu(RecordingInfo& info) {
 bool looks_like_tum(const fs::path& folder) {
   if (is_file(folder / "depth.txt")) return true;
   const fs::path associations = associations_of(folder);
-  if (associations.empty()) return has_named_images(folder);
+  if (associations.empty())
+    return has_named_images(folder) &&
+           (fs::is_directory(folder / "depth") || !looks_like_seven_scenes(folder));
   return !counts_frames(associations);
 }
 
@@ -206,7 +210,7 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   if (!rate) return forward_error(rate);
   const auto lists = read_tum_lists(folder, *rate, listing.info);
   if (!lists) return forward_error(lists);
-  const auto poses = poses_in(folder, *rate, listing.info);
+  const auto poses = poses_in(folder, stamps_of(lists->depth), *rate, listing.info);
   if (!poses) return forward_error(poses);
   if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
   add_imu(listing.info);

@@ -219,7 +219,7 @@ class RegisteredRecording final : public Recording {
 }  // namespace
 
 std::optional<FittedRegistration> fit_color_registration(const Recording& recording) {
-  if (span_s(recording.info()) < kMinSpan_s) return std::nullopt;
+  if (recording.info().has_own_stamps && span_s(recording.info()) < kMinSpan_s) return std::nullopt;
   const Borders borders = borders_of(recording);
   if (borders.all.size() < kMinBorders) return std::nullopt;
   constexpr std::size_t kCoarseBorders = 4000;

@@ -18,7 +18,8 @@ struct FittedRegistration {
 /// Finds the registration that brings colour gradients to depth borders, from two dozen frames: a search over
 /// scales, shifts and parallaxes, then steps of shrinking size. None where the gain is small or not had all
 /// over the image, where the images are already registered, where two halves of the frames find different
-/// ones (few borders, few edges), and for less than 1.5 s, in which the camera sees too little.
+/// ones (few borders, few edges), and for less than 1.5 s by its own stamps, in which the camera sees too
+/// little.
 std::optional<FittedRegistration> fit_color_registration(const Recording& recording);
 
 /// The recording with registered colour images. In words: to_string().

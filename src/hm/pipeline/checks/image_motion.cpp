@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kSmallWidth =
     80;  ///< of the images that are compared: blurred so far that the steps below suffice
-constexpr int kReach_px = 8;  ///< of the search, in their pixels
+constexpr int kReach_px = 12;  ///< of the search, in their pixels
+constexpr int kAround_px = 4;  ///< what is brighter than the mean around it by so many pixels is seen
 constexpr int kTurns = 8;
 constexpr double kTurnStep_rad = 1.5 * std::numbers::pi / 180;
 constexpr std::size_t kMinSeenPoints = 200;
@@ -28,6 +29,22 @@ Image<float> small_gray(const Image<Rgb8>& color, int scale) {
   return gray;
 }
 
+/// Without what changes slowly over the image: shading towards its corners and a lamp beside the camera move
+/// with the camera.
+Image<float> without_shading(const Image<float>& gray) {
+  Image<float> result(gray.width(), gray.height());
+  for (int y = 0; y < gray.height(); ++y)
+    for (int x = 0; x < gray.width(); ++x) {
+      float sum = 0;
+      int count = 0;
+      for (int v = std::max(0, y - kAround_px); v <= std::min(gray.height() - 1, y + kAround_px); ++v)
+        for (int u = std::max(0, x - kAround_px); u <= std::min(gray.width() - 1, x + kAround_px); ++u)
+          sum += gray(u, v), ++count;
+      result(x, y) = gray(x, y) - sum / static_cast<float>(count);
+    }
+  return result;
+}
+
 /// A point of the first image: its brightness, and where the second camera should see it.
 struct SeenPoint {
   float brightness = 0;
@@ -37,7 +54,7 @@ struct SeenPoint {
 std::vector<SeenPoint> points_of(const RgbdFrame& from, const RgbdFrame& to, const PinholeCamera& camera,
                                  int scale) {
   const SE3 T_to_from = to.T_world_camera->inverse() * *from.T_world_camera;
-  const Image<float> gray = small_gray(from.color, scale);
+  const Image<float> gray = without_shading(small_gray(from.color, scale));
   std::vector<SeenPoint> points;
   for (int y = 0; y < gray.height(); y += 2)
     for (int x = 0; x < gray.width(); x += 2) {
@@ -63,6 +80,7 @@ std::optional<double> likeness(const std::vector<SeenPoint>& points, const Image
   for (const SeenPoint& point : points) {
     const float u = c * point.pixel.x() - s * point.pixel.y() + shift.x() + middle.x();
     const float v = s * point.pixel.x() + c * point.pixel.y() + shift.y() + middle.y();
+    if (!(std::abs(u) < 1e6F && std::abs(v) < 1e6F)) continue;
     const int x = static_cast<int>(std::lrint(u)), y = static_cast<int>(std::lrint(v));
     if (!gray.contains(x, y)) continue;
     const auto first = static_cast<double>(point.brightness), second = static_cast<double>(gray(x, y));
@@ -81,10 +99,13 @@ double ImageMotion::angle_rad(const PinholeCamera& camera) const {
 
 std::optional<ImageMotion> image_motion(const RgbdFrame& from, const RgbdFrame& to,
                                         const PinholeCamera& camera) {
-  if (from.color.empty() || to.color.empty()) return std::nullopt;
-  const int scale = std::max(1, camera.width / kSmallWidth);
+  const auto fits = [&](const auto& image) {
+    return image.width() == camera.width && image.height() == camera.height;
+  };
+  if (!fits(from.color) || !fits(to.color) || !fits(from.depth)) return std::nullopt;
+  const int scale = (camera.width + kSmallWidth - 1) / kSmallWidth;
   const std::vector<SeenPoint> points = points_of(from, to, camera, scale);
-  const Image<float> gray = small_gray(to.color, scale);
+  const Image<float> gray = without_shading(small_gray(to.color, scale));
   const Eigen::Vector2f middle =
       ((Vec2(camera.cx, camera.cy) + Vec2(0.5, 0.5)) / scale - Vec2(0.5, 0.5)).cast<float>();
   const std::size_t least = std::max(kMinSeenPoints, points.size() / 2);

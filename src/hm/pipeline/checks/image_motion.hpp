@@ -17,9 +17,10 @@ struct ImageMotion {
   [[nodiscard]] double angle_rad(const PinholeCamera& camera) const;
 };
 
-/// Searches turns of up to 12 degrees and shifts of up to a tenth of the image's width, in steps of 1.5
-/// degrees and an eightieth of the width. Both frames have poses; `camera` has no distortion. None where a
-/// frame has no colour, or where they share too little.
+/// Searches turns of up to 12 degrees and shifts of up to 0.15 of the image's width, in steps of 1.5 degrees
+/// and an eightieth of the width; beyond, the likeness is low. Both frames have poses; `camera` has no
+/// distortion. None where a frame has no colour or one of another size than the camera, or where they share
+/// too little.
 std::optional<ImageMotion> image_motion(const RgbdFrame& from, const RgbdFrame& to,
                                         const PinholeCamera& camera);
 

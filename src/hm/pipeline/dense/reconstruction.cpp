@@ -438,22 +438,6 @@ Result<ReconstructionSummary> Run::finish() {
   return std::move(summary_);
 }
 
-/// Poses of a file; those without stamps are of the frames with their numbers.
-Result<Trajectory> read_given_poses(const std::filesystem::path& path, const RecordingInfo& info) {
-  auto file = read_pose_file(path);
-  if (!file) return forward_error(file);
-  if (file->has_stamps) return std::move(file->poses);
-  for (StampedPose& pose : file->poses) {
-    const auto frame = static_cast<std::size_t>(pose.stamp.seconds());
-    if (frame >= info.stamps.size())
-      return fail(ErrorCode::kInvalidValue, path,
-                  "has a pose of frame {}, and the recording {} frames, from 0 on", frame,
-                  info.stamps.size());
-    pose.stamp = info.stamps[frame];
-  }
-  return std::move(file->poses);
-}
-
 }  // namespace
 
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
@@ -465,7 +449,7 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
   if (!recording) return forward_error(recording);
   Trajectory poses;
   if (!options.poses.empty()) {
-    auto read = read_given_poses(options.poses, (*recording)->info());
+    auto read = read_trajectory_of(options.poses, (*recording)->info().stamps);
     if (!read) return forward_error(read);
     poses = std::move(*read);
   } else if ((*recording)->info().posed_count == 0) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numbers>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "hm/core/angle.hpp"
 
@@ -70,6 +72,12 @@ std::vector<PathStep> suspicious_steps(const std::vector<PosedView>& views) {
   return steps;
 }
 
+/// By how much the camera turns while colour is exposed later or earlier than depth.
+double turned_meanwhile_rad(const std::vector<PosedView>& views, const ViewPair& pair) {
+  constexpr double kColorDelay_s = 0.02;
+  return kColorDelay_s * turning_rad_s(views[pair.first], views[pair.second]);
+}
+
 }  // namespace
 
 void judge_steps(const Recording& recording, const std::vector<PosedView>& views, const RunContext& run,
@@ -80,36 +88,36 @@ void judge_steps(const Recording& recording, const std::vector<PosedView>& views
   for (const PathStep& step : suspicious_steps(views)) neighbours.push_back({step.to - 1, step.to});
   const auto all = differences(recording, views, neighbours, run, "comparing neighbours");
   const auto most_unlike = std::span(neighbours).first(std::min(neighbours.size(), kMostColorSteps));
-  std::vector<double> by_color = color_differences_rad(recording, views, most_unlike, run);
+  auto by_color = color_differences_rad(recording, views, most_unlike, run);
   by_color.resize(neighbours.size());
   for (std::size_t k = 0; k < neighbours.size(); ++k) {
-    const std::optional<ViewDifference>& differs = all[k];
-    if (!differs) continue;
+    if (!all[k] && !by_color[k]) continue;
+    const ViewDifference differs = all[k].value_or(ViewDifference());
     ++found.compared;
-    const double gravity =
-        std::max({differs->contradicted_ratio / kContradictedRatio.doubtful,
-                  differs->offset_ratio / kStepOffsetRatio.doubtful, differs->tilt_rad / kTilt_rad.doubtful,
-                  by_color[k] / kColor_rad.doubtful});
+    const double gravity = std::max(
+        {differs.contradicted_ratio / kContradictedRatio.doubtful,
+         differs.offset_ratio / kStepOffsetRatio.doubtful, differs.tilt_rad / kTilt_rad.doubtful,
+         by_color[k].value_or(0) / (kColor_rad.doubtful + turned_meanwhile_rad(views, neighbours[k]))});
     if (gravity <= worst) continue;
     worst = gravity;
     found.worst_time_s = views[neighbours[k].second].time_s;
-    found.contradicted_ratio = differs->contradicted_ratio;
-    found.offset_ratio = differs->offset_ratio;
-    found.tilt_rad = differs->tilt_rad;
+    found.contradicted_ratio = differs.contradicted_ratio;
+    found.offset_ratio = differs.offset_ratio;
+    found.tilt_rad = differs.tilt_rad;
     found.color_rad = by_color[k];
   }
   if (worst <= 1) return;
   const bool broken = found.contradicted_ratio > kContradictedRatio.broken ||
                       found.offset_ratio > kStepOffsetRatio.broken || found.tilt_rad > kTilt_rad.broken ||
-                      found.color_rad > kColor_rad.broken;
-  verdict.add(
-      broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
-      fmt::format(
-          "{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the "
-          "free space of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees, colour moved "
-          "by {:.1f} degrees",
-          found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
-          found.tilt_rad * kDegreesPerRadian, found.color_rad * kDegreesPerRadian));
+                      found.color_rad.value_or(0) > kColor_rad.broken;
+  std::string reason = fmt::format(
+      "{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the free space "
+      "of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees",
+      found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
+      found.tilt_rad * kDegreesPerRadian);
+  if (found.color_rad)
+    reason += fmt::format(", colour moved by {:.1f} degrees", *found.color_rad * kDegreesPerRadian);
+  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful, std::move(reason));
 }
 
 }  // namespace hm

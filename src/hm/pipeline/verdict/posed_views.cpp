@@ -35,15 +35,16 @@ std::optional<RgbdFrame> read_with_color(const Recording& recording, const Posed
   return std::move(*frame);
 }
 
-double color_difference_rad(const Recording& recording, const PosedView& a, const PosedView& b) {
+std::optional<double> color_difference_rad(const Recording& recording, const PosedView& a,
+                                           const PosedView& b) {
   // Below these a motion may be chance: a blank wall, a pattern that repeats.
-  constexpr double kMinLikeness = 0.9, kMinGain = 0.05;
+  constexpr double kMinLikeness = 0.6, kMinGain = 0.2;
   const auto first = read_with_color(recording, a), second = read_with_color(recording, b);
-  if (!first || !second) return 0;
+  if (!first || !second) return std::nullopt;
   const auto motion = image_motion(*first, *second, recording.camera());
-  if (!motion || motion->likeness < kMinLikeness || motion->likeness - motion->unmoved_likeness < kMinGain)
-    return 0;
-  return motion->angle_rad(recording.camera());
+  if (!motion || motion->likeness < kMinLikeness) return std::nullopt;
+  const bool is_moved = motion->likeness - motion->unmoved_likeness >= kMinGain;
+  return is_moved ? motion->angle_rad(recording.camera()) : 0;
 }
 
 }  // namespace
@@ -83,9 +84,11 @@ std::vector<std::optional<ViewDifference>> differences(const Recording& recordin
   return found;
 }
 
-std::vector<double> color_differences_rad(const Recording& recording, const std::vector<PosedView>& views,
-                                          std::span<const ViewPair> pairs, const RunContext& run) {
-  std::vector<double> found(pairs.size());
+std::vector<std::optional<double>> color_differences_rad(const Recording& recording,
+                                                         const std::vector<PosedView>& views,
+                                                         std::span<const ViewPair> pairs,
+                                                         const RunContext& run) {
+  std::vector<std::optional<double>> found(pairs.size());
   ParallelLoop(run.threads).for_ranges(pairs.size(), 1, [&](std::size_t i, std::size_t) {
     found[i] = color_difference_rad(recording, views[pairs[i].first], views[pairs[i].second]);
   });

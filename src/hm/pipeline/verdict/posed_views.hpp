@@ -42,8 +42,11 @@ std::vector<std::optional<ViewDifference>> differences(const Recording& recordin
                                                        const char* stage);
 
 /// How far the views of every pair differ as their colour images show it (image_motion.hpp), as an angle at
-/// the camera; 0 where they do not show it clearly, or cannot be read. On the threads of the run.
-std::vector<double> color_differences_rad(const Recording& recording, const std::vector<PosedView>& views,
-                                          std::span<const ViewPair> pairs, const RunContext& run);
+/// the camera; none where they do not show it: no colour, little in common, nothing on the walls. On the
+/// threads of the run.
+std::vector<std::optional<double>> color_differences_rad(const Recording& recording,
+                                                         const std::vector<PosedView>& views,
+                                                         std::span<const ViewPair> pairs,
+                                                         const RunContext& run);
 
 }  // namespace hm

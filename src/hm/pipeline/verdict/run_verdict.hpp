@@ -55,7 +55,7 @@ struct StepConsistency {
   std::size_t compared = 0;
   double worst_time_s = 0;
   double contradicted_ratio = 0, offset_ratio = 0, tilt_rad = 0;
-  double color_rad = 0;  ///< turn or shift of the colour images, where these show it clearly
+  std::optional<double> color_rad;  ///< turn or shift of the colour images, where these show it
 };
 void visit(const StepConsistency& steps, SummaryTree& v);
 
