@@ -283,5 +283,17 @@ TEST(PgmFile, EveryPrefixAndWrongHeadersAreErrorsThatNameThePlace) {
   EXPECT_NE(to_string(cut.error()).find("byte 23"), std::string::npos) << to_string(cut.error());
 }
 
+TEST(ImageFile, SizeOfAPgmIsInItsHeader) {
+  const TemporaryFolder folder;
+  const auto size_of = [&](const char* text) {
+    EXPECT_TRUE(write_file_text(folder.path() / "depth.pgm", text));
+    return read_image_size(folder.path() / "depth.pgm");
+  };
+  EXPECT_EQ(size_of("P5\n# a sensor\n224 172\n65535\n"), (ImageSize{224, 172}));
+  EXPECT_EQ(size_of("P5 3 2 255\n"), (ImageSize{3, 2}));
+  EXPECT_EQ(size_of("P5\n224 172\n").error().code, ErrorCode::kCorrupted);
+  EXPECT_FALSE(size_of("P5\n0 172\n65535\n"));
+}
+
 }  // namespace
 }  // namespace hm

@@ -179,6 +179,7 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
   if (!listing) return forward_error(listing);
   if (listing->frames.empty()) return fail(ErrorCode::kNotFound, path, "the recording holds no depth image");
   if (auto fits = detail::fit_camera_to_images(*listing); !fits) return forward_error(fits);
+  if (!*found) detail::note_stretched_color(*listing);
   std::optional<FrameCalibration> calibration;
   if (*found) {
     auto applied = detail::apply_calibration(**found, *listing);

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/camera/foreign_camera.hpp"
@@ -139,6 +141,26 @@ Result<void> fit_camera_to_images(RecordingListing& listing) {
   camera.width = size->width;
   camera.height = size->height;
   return {};
+}
+
+void note_stretched_color(RecordingListing& listing) {
+  constexpr double kSame_ratio = 0.02;
+  const PinholeCamera& camera = listing.info.camera;
+  for (const ListedFrame& frame : listing.frames) {
+    if (frame.color.empty()) continue;
+    const auto color = read_image_size(frame.color);
+    if (!color) return;  // reading the frame says why
+    const double ratio = static_cast<double>(color->width) * camera.height /
+                         (static_cast<double>(color->height) * camera.width);
+    if (std::abs(ratio - 1) > kSame_ratio)
+      add_assumption(
+          listing.info,
+          fmt::format("colour images are {} x {}, depth images {} x {}: colour is stretched to the "
+                      "shape of depth, as if both saw the same; a calibration.toml with both cameras "
+                      "registers it",
+                      color->width, color->height, camera.width, camera.height));
+    return;
+  }
 }
 
 }  // namespace hm::detail

@@ -53,6 +53,9 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
 /// common ratio; another difference is an error.
 Result<void> fit_camera_to_images(RecordingListing& listing);
 
+/// Warns where colour images have another shape than depth images, to which they are stretched.
+void note_stretched_color(RecordingListing& listing);
+
 /// Path of a file in the recording's folder; for a 7-Scenes sequence also in the parent folder.
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name);
 

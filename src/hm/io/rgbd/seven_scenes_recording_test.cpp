@@ -104,6 +104,15 @@ TEST(SevenScenes, JpegColorAndBadPictures) {
   ASSERT_TRUE(frame) << to_string(frame.error());
   EXPECT_EQ(frame->color.width(), 32);
   EXPECT_NEAR(frame->color(3, 3).r, 200, 3);
+  const auto stretched = [&] {
+    const auto opened = open_recording(folder.path());
+    return std::ranges::count_if((*opened)->info().assumptions, [](const std::string& assumption) {
+      return assumption.find("colour is stretched") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(stretched(), 0);
+  ASSERT_TRUE(write_file_bytes(folder.path() / "frame-000000.color.jpg", encode_jpeg(Image<Rgb8>(64, 36))));
+  EXPECT_EQ(stretched(), 1);
   ASSERT_TRUE(write_file_text(folder.path() / "frame-000000.depth.png", ""));
   EXPECT_EQ((*open_recording(folder.path()))->read(0).error().code, ErrorCode::kTruncated);
 }

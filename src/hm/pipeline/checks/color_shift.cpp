@@ -89,7 +89,7 @@ std::optional<ColorShift> ColorShiftEstimator::best_scaled() const {
   const auto at = static_cast<int>(most % kPlane);
   return ColorShift{at % kCoarseSide * kCoarseStep_px - kReach_px,
                     at / kCoarseSide * kCoarseStep_px - kReach_px, largest / scaled_none_,
-                    1 + (static_cast<int>(most / kPlane) - kScales) * kScaleStep};
+                    1 + (static_cast<int>(most / kPlane) - kScales) * kScaleStep, true};
 }
 
 ColorShift ColorShiftEstimator::best() const {
@@ -102,7 +102,7 @@ ColorShift ColorShiftEstimator::best() const {
   if (const auto scaled = best_scaled()) return *scaled;
   const auto most = static_cast<int>(std::ranges::max_element(sums_) - sums_.begin());
   return {most % kSide - kReach_px, most / kSide - kReach_px,
-          sums_[static_cast<std::size_t>(most)] / sums_[kMiddle]};
+          sums_[static_cast<std::size_t>(most)] / sums_[kMiddle], 1, true};
 }
 
 }  // namespace hm

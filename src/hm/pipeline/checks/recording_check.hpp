@@ -56,6 +56,7 @@ struct ColorShift {
   int right_px = 0, down_px = 0;
   double gain_ratio = 1;   ///< colour gradient at depth edges with the shift, over the one without
   double scale_ratio = 1;  ///< of what colour sees, by what depth sees; 1 unless another is clearly better
+  bool is_judged = false;  ///< there were edges enough, in enough of the image
 };
 
 /// Content of a recording, for `hm info`.

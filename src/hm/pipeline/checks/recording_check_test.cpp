@@ -309,6 +309,7 @@ TEST(ColorShift, EdgesInAPartOfTheImageSayNothing) {
     ColorShiftEstimator estimator;
     estimator.add(frame);
     EXPECT_EQ(estimator.best().right_px, width == 320 ? 8 : 0) << width;
+    EXPECT_EQ(estimator.best().is_judged, width == 320);
   }
 }
 

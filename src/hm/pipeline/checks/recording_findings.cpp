@@ -186,6 +186,11 @@ void find_color_shift(RecordingReport& report) {
   constexpr int kMinShift_px = 6;
   constexpr double kMinGain_ratio = 1.2;
   const ColorShift& shift = report.color_shift;
+  if (!shift.is_judged && report.info.paired_count > 0) {
+    if (!report.info.notes.empty()) report.info.notes += '\n';
+    report.info.notes +=
+        "whether colour is registered to depth is not judged: depth shows edges in too little of the image";
+  }
   if (shift.scale_ratio != 1)
     return add(
         report, FindingKind::kUnregisteredColor,
