@@ -3,9 +3,9 @@ import statistics
 from pathlib import Path
 
 import recordings
+from slam_continue import QUIET
 from verdicts import run_hm
 
-QUIET = ("--overwrite", "--set", "reconstruction.pictures=false", "--set", "slam.matrices=false")
 BIASED = ("--set", "simulation.flaws=unregistered,short_depth,depth_bend", "--set", "simulation.imu=false", "--set", "simulation.frame_stride=3")
 
 

@@ -64,10 +64,10 @@ void add_reconstruct(Program& program) {
       ->required();
   flags->output.add_to(command, "NAME_reconstruction");
   flags->output.add_strict_to(command);
-  command.add_option("--poses", flags->poses,
-                     "trajectory to use instead of the poses of the recording: T_world_camera at the time "
-                     "stamps of the depth "
-                     "images (TUM, EuRoC), or of every frame (KITTI, Replica, Redwood)");
+  command.add_option(
+      "--poses", flags->poses,
+      "trajectory to use instead of the poses of the recording: T_world_camera at the time stamps "
+      "of the depth images (TUM, EuRoC), or of every frame (KITTI, Replica, Redwood)");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_flag("--align", flags->align,

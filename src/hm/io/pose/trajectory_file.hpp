@@ -14,9 +14,8 @@ namespace hm {
 ///          quaternion's real part comes first. Columns after the eighth are ignored.
 ///   KITTI  12 numbers, the upper three rows of the 4x4 matrix row by row
 ///   Replica  16 numbers, the 4x4 matrix row by row
-///   Redwood  (Open3D's .log) a line of three integers, the first of them the number of the frame, and four
-///   of
-///          four numbers
+///   Redwood  (Open3D's .log) a line of three integers, the first two the number of the frame, then four
+///          lines of four numbers
 ///
 /// The last three have no stamps: pose i, in Redwood's the one of frame i, gets i seconds.
 ///

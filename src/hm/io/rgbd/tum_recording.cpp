@@ -87,10 +87,10 @@ std::vector<Time> stamps_of(const ImageList& list) {
 }
 
 /// Those of the folder's lists, else those that other programs leave beside named images.
-Result<PoseList> poses_in(const fs::path& folder, std::span<const Time> stamps, double rate_hz,
+Result<PoseList> poses_in(const fs::path& folder, bool is_named, std::span<const Time> stamps, double rate_hz,
                           RecordingInfo& info) {
   const fs::path device = folder / "poses.txt", truth = folder / "groundtruth.txt";
-  if (!is_file(device) && !is_file(truth) && has_named_images(folder)) {
+  if (!is_file(device) && !is_file(truth) && is_named) {
     auto named = find_named_poses(folder, stamps, rate_hz);
     if (!named) add_note(info, "poses are not used: " + to_string(named.error()));
     if (named && *named) {
@@ -127,8 +127,9 @@ void pair_up(RecordingListing& listing, const AssociationList& lists, const Pose
   add_skipped(info, lists.color.skipped);
 }
 
-Result<AssociationList> read_tum_lists(const fs::path& folder, double rate_hz, RecordingInfo& info) {
-  if (has_named_images(folder)) {
+Result<AssociationList> read_tum_lists(const fs::path& folder, bool is_named, double rate_hz,
+                                       RecordingInfo& info) {
+  if (is_named) {
     auto named = list_named_images(folder, rate_hz);
     if (!named) return forward_error(named);
     info.has_own_stamps = named->has_stamps;
@@ -157,7 +158,7 @@ Result<AssociationList> read_tum_lists(const fs::path& folder, double rate_hz, R
 }
 
 /// Camera by the folder's name, or by the bag's name in the comments of its lists.
-KnownCamera tum_camera(const fs::path& folder) {
+KnownCamera tum_camera(const fs::path& folder, bool is_named) {
   std::vector<std::string> names{fs::weakly_canonical(folder).filename().string()};
   for (const char* list : {"depth.txt", "rgb.txt", "groundtruth.txt"})
     if (const auto file = TextFile::read(folder / list))
@@ -174,7 +175,7 @@ KnownCamera tum_camera(const fs::path& folder) {
                 fmt::format("no camera.txt: the published intrinsics of {}'s recording `{}` are used", owner,
                             name)};
   // Other tools that name their images by stamps or numbers write millimetres.
-  return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : kTumUnits_per_m};
+  return {std::nullopt, {}, is_named ? 1000.0 : kTumUnits_per_m};
 }
 
 /// Reads the optional IMU measurements; read errors are reported as notes.
@@ -206,11 +207,12 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   RecordingListing listing;
   listing.info.kind = RecordingKind::kTumRgbd;
   listing.info.path = folder;
-  auto rate = choose_camera(listing.info, options, tum_camera(folder));
+  const bool is_named = has_named_images(folder);
+  auto rate = choose_camera(listing.info, options, tum_camera(folder, is_named));
   if (!rate) return forward_error(rate);
-  const auto lists = read_tum_lists(folder, *rate, listing.info);
+  const auto lists = read_tum_lists(folder, is_named, *rate, listing.info);
   if (!lists) return forward_error(lists);
-  const auto poses = poses_in(folder, stamps_of(lists->depth), *rate, listing.info);
+  const auto poses = poses_in(folder, is_named, stamps_of(lists->depth), *rate, listing.info);
   if (!poses) return forward_error(poses);
   if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
   add_imu(listing.info);

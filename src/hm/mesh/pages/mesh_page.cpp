@@ -106,18 +106,17 @@ struct PageSurface {
 
 /// The surface without vertices that no triangle has: the next level's time follows those that are left.
 PageSurface compacted(const PageSurface& surface) {
-  constexpr unsigned kNotUsed = std::numeric_limits<unsigned>::max();
-  std::vector<unsigned> place(surface.vertices.size(), kNotUsed);
-  PageSurface out;
-  out.indices.reserve(surface.indices.size());
-  for (const unsigned index : surface.indices) {
-    if (place[index] == kNotUsed) {
-      place[index] = static_cast<unsigned>(out.vertices.size());
-      out.positions_m.push_back(surface.positions_m[index]);
-      out.vertices.push_back(surface.vertices[index]);
-    }
-    out.indices.push_back(place[index]);
-  }
+  const std::size_t before = surface.vertices.size();
+  std::vector<unsigned> place(before);
+  const std::size_t used =
+      meshopt_optimizeVertexFetchRemap(place.data(), surface.indices.data(), surface.indices.size(), before);
+  PageSurface out{Indices(surface.indices.size()), std::vector<Eigen::Vector3f>(used),
+                  std::vector<PageVertex>(used)};
+  meshopt_remapIndexBuffer(out.indices.data(), surface.indices.data(), surface.indices.size(), place.data());
+  meshopt_remapVertexBuffer(out.positions_m.data(), surface.positions_m.data(), before,
+                            sizeof(Eigen::Vector3f), place.data());
+  meshopt_remapVertexBuffer(out.vertices.data(), surface.vertices.data(), before, sizeof(PageVertex),
+                            place.data());
   return out;
 }
 

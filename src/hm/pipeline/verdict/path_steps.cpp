@@ -6,7 +6,6 @@
 #include <numbers>
 #include <span>
 #include <string>
-#include <utility>
 
 #include "hm/core/angle.hpp"
 
@@ -78,6 +77,17 @@ double turned_meanwhile_rad(const std::vector<PosedView>& views, const ViewPair&
   return kColorDelay_s * turning_rad_s(views[pair.first], views[pair.second]);
 }
 
+std::string jump_text(const StepConsistency& step) {
+  std::string text = fmt::format(
+      "{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the free space "
+      "of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees",
+      step.worst_time_s, 100 * step.contradicted_ratio, 100 * step.offset_ratio,
+      step.tilt_rad * kDegreesPerRadian);
+  if (step.color_rad)
+    text += fmt::format(", colour moved by {:.1f} degrees", *step.color_rad * kDegreesPerRadian);
+  return text;
+}
+
 }  // namespace
 
 void judge_steps(const Recording& recording, const std::vector<PosedView>& views, const RunContext& run,
@@ -110,14 +120,7 @@ void judge_steps(const Recording& recording, const std::vector<PosedView>& views
   const bool broken = found.contradicted_ratio > kContradictedRatio.broken ||
                       found.offset_ratio > kStepOffsetRatio.broken || found.tilt_rad > kTilt_rad.broken ||
                       found.color_rad.value_or(0) > kColor_rad.broken;
-  std::string reason = fmt::format(
-      "{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the free space "
-      "of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees",
-      found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
-      found.tilt_rad * kDegreesPerRadian);
-  if (found.color_rad)
-    reason += fmt::format(", colour moved by {:.1f} degrees", *found.color_rad * kDegreesPerRadian);
-  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful, std::move(reason));
+  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful, jump_text(found));
 }
 
 }  // namespace hm

@@ -10,8 +10,7 @@
 namespace hm {
 namespace {
 
-std::optional<RgbdFrame> read(const Recording& recording, const PosedView& view) {
-  auto frame = recording.read_depth(view.index);
+std::optional<RgbdFrame> posed(Result<RgbdFrame> frame, const PosedView& view) {
   if (!frame) return std::nullopt;
   frame->T_world_camera = view.T_world_camera;
   return std::move(*frame);
@@ -19,7 +18,8 @@ std::optional<RgbdFrame> read(const Recording& recording, const PosedView& view)
 
 std::optional<ViewDifference> difference(const Recording& recording, const PosedView& a, const PosedView& b) {
   constexpr double kMinOverlapRatio = 0.3;  // views with less of their points in common say nothing
-  const auto first = read(recording, a), second = read(recording, b);
+  const auto first = posed(recording.read_depth(a.index), a),
+             second = posed(recording.read_depth(b.index), b);
   if (!first || !second) return std::nullopt;
   const Agreement there = compare(*first, *second, recording.camera(), {});
   if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
@@ -28,18 +28,11 @@ std::optional<ViewDifference> difference(const Recording& recording, const Posed
                         std::min(there.systematic, back.systematic), std::min(there.tilt_rad, back.tilt_rad)};
 }
 
-std::optional<RgbdFrame> read_with_color(const Recording& recording, const PosedView& view) {
-  auto frame = recording.read(view.index);
-  if (!frame) return std::nullopt;
-  frame->T_world_camera = view.T_world_camera;
-  return std::move(*frame);
-}
-
 std::optional<double> color_difference_rad(const Recording& recording, const PosedView& a,
                                            const PosedView& b) {
   // Below these a motion may be chance: a blank wall, a pattern that repeats.
   constexpr double kMinLikeness = 0.6, kMinGain = 0.2;
-  const auto first = read_with_color(recording, a), second = read_with_color(recording, b);
+  const auto first = posed(recording.read(a.index), a), second = posed(recording.read(b.index), b);
   if (!first || !second) return std::nullopt;
   const auto motion = image_motion(*first, *second, recording.camera());
   if (!motion || motion->likeness < kMinLikeness) return std::nullopt;

@@ -27,7 +27,7 @@ inline constexpr std::string_view kFlawNames[] = {
     "blur",        "rolling_shutter", "exposure", "intrinsics", "registration", "depth_bend",
     "time_offset", "wheel_slip",      "glass",    "people",     "unregistered", "short_depth"};
 /// How many of them "all" names: what a recording has whose cameras are calibrated.
-inline constexpr std::size_t kRealisticFlaws = 10;
+inline constexpr std::size_t kRealisticFlaws = static_cast<std::size_t>(Flaw::kUnregistered);
 
 /// Set of flaws.
 class Flaws {
