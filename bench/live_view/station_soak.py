@@ -12,6 +12,7 @@ FRAMES, SPEED = 200, 2
 SLOW_BYTES_PER_S, SLOW = 300_000, 5
 KILL_AFTER_S = 10
 SETTLE_S = 60
+REST_S = 3  # without a change of the model
 
 
 class Watcher(threading.Thread):
@@ -77,11 +78,16 @@ def until(condition, limit_s):
 def different(watchers, port):
     """How many viewers do not come to the model that a new one gets."""
     fresh = Viewer(port)
-    fresh.socket.settimeout(2)
-    with contextlib.suppress(TimeoutError):
-        fresh.watch(lambda _: False, SETTLE_S)
+    wanted, changed = {}, time.monotonic()
+
+    def at_rest(viewer):
+        nonlocal wanted, changed
+        if viewer.pages != wanted:
+            wanted, changed = dict(viewer.pages), time.monotonic()
+        return time.monotonic() - changed > REST_S
+
+    fresh.watch(at_rest, SETTLE_S)
     fresh.close()
-    wanted = dict(fresh.pages)
     if not wanted:
         raise RuntimeError("a new viewer got no model")
     until(lambda: all(watcher.model() == wanted for watcher in watchers), SETTLE_S)
