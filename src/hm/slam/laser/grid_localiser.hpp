@@ -7,7 +7,7 @@
 #include "hm/core/params.hpp"
 #include "hm/geometry/occupancy_grid_2d.hpp"
 #include "hm/laser/matching/planar_scan.hpp"
-#include "hm/slam/laser/correlative_search.hpp"
+#include "hm/slam/laser/search/correlative_search.hpp"
 
 namespace hm {
 

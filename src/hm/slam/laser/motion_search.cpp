@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "hm/geometry/planar_covariance.hpp"
-#include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
+#include "hm/slam/laser/search/correlative_search.hpp"
 
 namespace hm {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "hm/core/params.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
-#include "hm/slam/laser/correlative_map.hpp"
 #include "hm/slam/laser/scan_agreement.hpp"
+#include "hm/slam/laser/search/correlative_map.hpp"
 
 namespace hm {
 

@@ -8,8 +8,8 @@
 #include "hm/geometry/pose_graph_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
-#include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
+#include "hm/slam/laser/search/correlative_search.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "hm/laser/matching/planar_scan.hpp"
-#include "hm/slam/laser/correlative_map.hpp"
-#include "hm/slam/laser/observed_area.hpp"
 #include "hm/slam/laser/scan_graph_params.hpp"
+#include "hm/slam/laser/search/correlative_map.hpp"
+#include "hm/slam/laser/search/observed_area.hpp"
 
 namespace hm {
 

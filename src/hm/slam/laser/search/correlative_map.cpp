@@ -1,4 +1,4 @@
-#include "hm/slam/laser/correlative_map.hpp"
+#include "hm/slam/laser/search/correlative_map.hpp"
 
 #include <algorithm>
 #include <cmath>

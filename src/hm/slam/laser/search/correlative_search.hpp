@@ -4,8 +4,8 @@
 #include <span>
 #include <string_view>
 
-#include "hm/slam/laser/correlative_map.hpp"
-#include "hm/slam/laser/observed_area.hpp"
+#include "hm/slam/laser/search/correlative_map.hpp"
+#include "hm/slam/laser/search/observed_area.hpp"
 
 namespace hm {
 

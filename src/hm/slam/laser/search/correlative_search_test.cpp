@@ -1,4 +1,4 @@
-#include "hm/slam/laser/correlative_search.hpp"
+#include "hm/slam/laser/search/correlative_search.hpp"
 
 #include <gtest/gtest.h>
 

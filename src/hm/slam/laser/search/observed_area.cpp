@@ -1,4 +1,4 @@
-#include "hm/slam/laser/observed_area.hpp"
+#include "hm/slam/laser/search/observed_area.hpp"
 
 #include <algorithm>
 #include <cmath>
