@@ -15,22 +15,9 @@
 namespace hm {
 namespace {
 
-/// Rotation by one radian reduces the overlap of two scans like a translation by this distance.
-constexpr double kApartPerTurn_m = 0.7;
 /// Standard deviation of odometry's motion in directions that the matcher does not determine.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
-/// Least share of a scan's points in the area that the submap observed, and most of what both show that may
-/// contradict.
-constexpr double kMinObservedRatio = 0.4, kMaxContradictedInSubmap = 0.08;
-/// A match with a single scan is taken in place of that with the whole submap up to this deviation, and from
-/// this share of points on that both scans show.
-constexpr double kExact_m = 0.02, kShared = 0.5;
-/// Deviation of a match in a direction that nothing holds; no larger, as that direction is known to
-/// milliradians only: 100 m would blur by decimetres what is held.
-constexpr double kFreeSigma_m = 5;
-/// Both matches must agree by so much: only that with the submap was checked for contradictions.
-constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
@@ -38,9 +25,6 @@ constexpr double kAloneCorrection_m = 0.5;
 /// needs no other one, if none that disagrees waits. Nor does it need to hold the direction along a corridor,
 /// if it moves across it by less than half a corridor's width: by more it might be the one beside it.
 constexpr double kContradictedAsItIs = 0.5, kMostAcross_m = 1.2;
-/// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
-/// window so much wider.
-constexpr double kContradictedForWider = 0.25, kWider = 2;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -61,93 +45,13 @@ Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) 
   return sum;
 }
 
-/// How far two scans are apart, rotation included.
-double apart_m(const SE2& motion) {
-  return motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle());
-}
-
 SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
 }
 
-/// A window so much wider, within the limits of all windows; nothing where it is at all of them.
-std::optional<SearchWindow> widened(const SearchWindow& window, double factor,
-                                    const ScanGraph2DParams& params) {
-  SearchWindow wider = window;
-  wider.half_x_m = std::min(factor * window.half_x_m, params.max_window_m);
-  wider.half_y_m = std::min(factor * window.half_y_m, params.max_window_m);
-  wider.half_angle_rad = std::min(factor * window.half_angle_rad, params.kMaxWindow_rad);
-  const bool grew = wider.half_x_m > window.half_x_m || wider.half_y_m > window.half_y_m ||
-                    wider.half_angle_rad > window.half_angle_rad;
-  return grew ? std::optional(wider) : std::nullopt;
-}
-
-/// Direction in which a covariance is largest.
-Vec2 weakest_direction(const Mat2& covariance) {
-  const double angle = 0.5 * std::atan2(2 * covariance(0, 1), covariance(0, 0) - covariance(1, 1));
-  return {std::cos(angle), std::sin(angle)};
-}
-
-/// Whether a scan shows much of what a map observed on both sides of the line through the base along an axis
-/// of the map: a single straight wall is like any other.
-bool walls_on_both_sides(const PlanarScan& scan, const ObservedArea& seen, const SE2& T_map_base,
-                         const Vec2& axis) {
-  constexpr double kBeside_m = 0.3, kLeastRatio = 0.15;
-  const Vec2 across = axis.unitOrthogonal();
-  const auto beside = [&](double side) {
-    return std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
-      return side * across.dot(T_map_base.rotation() * point) > kBeside_m &&
-             seen.contains(T_map_base * point);
-    });
-  };
-  return static_cast<double>(std::min(beside(1), beside(-1))) >
-         kLeastRatio * static_cast<double>(scan.size());
-}
-
-/// The covariance of PL-ICP with deviations of kFreeSigma_m in the directions that it left free.
-Mat3 with_free_sigma(Mat3 covariance) {
-  const Eigen3 axes = symmetric_eigen(covariance);
-  for (const int i : {1, 2})
-    if (const double excess = axes.values[i] - kFreeSigma_m * kFreeSigma_m; excess > 0)
-      covariance -= excess * axes.vectors.col(i) * axes.vectors.col(i).transpose();
-  return covariance;
-}
-
-LoopOutcome outcome_of(CorrelativeStatus status) {
-  switch (status) {
-    case CorrelativeStatus::kAmbiguous:
-      return LoopOutcome::kAmbiguous;
-    case CorrelativeStatus::kLimitReached:
-      return LoopOutcome::kLimitReached;
-    case CorrelativeStatus::kFound:
-    case CorrelativeStatus::kNothing:
-      break;
-  }
-  return LoopOutcome::kNoMatch;
-}
-
 }  // namespace
 
-std::string_view to_string(LoopOutcome outcome) {
-  switch (outcome) {
-    case LoopOutcome::kAccepted:
-      return "accepted";
-    case LoopOutcome::kNoMatch:
-      return "no match";
-    case LoopOutcome::kAmbiguous:
-      return "ambiguous";
-    case LoopOutcome::kLimitReached:
-      return "search limit reached";
-    case LoopOutcome::kNotVerified:
-      return "not verified";
-    case LoopOutcome::kAlone:
-      return "no other loop agrees";
-  }
-  return "";
-}
-
-ScanGraph2D::ScanGraph2D(const ScanGraph2DParams& params)
-    : params_(params), rasters_(params), matcher_(params.matcher) {}
+ScanGraph2D::ScanGraph2D(const ScanGraph2DParams& params) : params_(params), finder_(params) {}
 
 ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   HM_CHECK(keyframe.T_odom_base.vector().allFinite() && keyframe.covariance.allFinite(),
@@ -165,8 +69,8 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   add_odometry_edge();
   std::erase_if(waiting_, [&](const PoseEdge2D& loop) { return loop.to + kReachOfAgreement < step.node; });
   if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
-  for (const Candidate& candidate : loop_candidates()) {
-    step.attempts.push_back(try_loop(candidate, step));
+  for (const Candidate& candidate : loop_candidates(step.node)) {
+    step.attempts.push_back(try_loop(step.node, candidate, step));
     count(step.attempts.back().outcome);
   }
   return step;
@@ -187,10 +91,10 @@ void ScanGraph2D::add_odometry_edge() {
   paths_.add_edge(graph_.edges.back());
 }
 
-/// Distance of the newest keyframe from the nearest one of a submap, metres, including kApartPerTurn_m per
-/// radian; infinite if beyond the reach of a search.
-double ScanGraph2D::apartness(const ScanSubmap& submap) const {
-  const SE2& T_map_base = graph_.T_map_node.back();
+/// Distance of a keyframe from the nearest one of a submap, by apart_m(); infinite if beyond the reach of a
+/// search.
+double ScanGraph2D::apartness(std::size_t node, const ScanSubmap& submap) const {
+  const SE2& T_map_base = graph_.T_map_node[node];
   const double limit_m = params_.kMaxLoopDistance_m + params_.max_window_m;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = submap.first; k < submap.end; ++k) {
@@ -201,10 +105,11 @@ double ScanGraph2D::apartness(const ScanSubmap& submap) const {
   return least;
 }
 
-SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const {
+SearchWindow ScanGraph2D::window_of(std::size_t node, const ScanSubmap& submap,
+                                    const PathUncertainty2D::Seen& seen) const {
   const std::size_t anchor = submap.anchor();
   SearchWindow window;
-  const SE2 T_base_anchor = graph_.T_map_node.back().inverse() * graph_.T_map_node[anchor];
+  const SE2 T_base_anchor = graph_.T_map_node[node].inverse() * graph_.T_map_node[anchor];
   window.centre = T_base_anchor.inverse();
   const Mat3 covariance = inverse_covariance(T_base_anchor, seen.covariance);
   Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
@@ -220,15 +125,14 @@ SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const PathUncertai
   return window;
 }
 
-std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
+std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t node) const {
   std::vector<Candidate> candidates;
-  const std::size_t node = keyframes_.size() - 1;
   if (params_.kMaxSubmapsTried == 0 || submaps_.size() < 2) return candidates;
   std::vector<std::size_t> anchors;
   for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
     const ScanSubmap& submap = submaps_[s];
     if (submap.end + static_cast<std::size_t>(params_.kMinKeyframesApart) > node + 1) break;
-    const double distance_m = apartness(submap);
+    const double distance_m = apartness(node, submap);
     if (distance_m > params_.kMaxLoopDistance_m + params_.max_window_m) continue;
     candidates.push_back({s, distance_m, {}});
   }
@@ -237,7 +141,7 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
   for (const Candidate& candidate : candidates) anchors.push_back(submaps_[candidate.submap].anchor());
   const std::vector<PathUncertainty2D::Seen> seen = paths_.seen_from(graph_, node, anchors);
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    candidates[i].window = window_of(submaps_[candidates[i].submap], seen[i]);
+    candidates[i].window = window_of(node, submaps_[candidates[i].submap], seen[i]);
   std::erase_if(candidates, [this](const Candidate& candidate) {
     const SearchWindow& window = candidate.window;
     return candidate.distance_m > params_.kMaxLoopDistance_m + std::max(window.half_x_m, window.half_y_m);
@@ -247,72 +151,17 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
   return candidates;
 }
 
-LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& step) {
-  LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
-  const ScanSubmap& submap = submaps_[candidate.submap];
-  std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
-                                             static_cast<std::size_t>(params_.kMaxSearchPoints));
-  if (points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
-  const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
-  LoopSearch search{raster.map, std::move(points_m), candidate.window, {}};
-  search.params.min_score = params_.min_score;
-  search.params.ambiguity_ratio = params_.ambiguity_ratio;
-  search.params.seen = &raster.seen;
-  // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
-  // repetition lies within three windows.
-  search.params.other_window_ratio = 3;
-  CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
-  const auto wider = widened(search.window, kWider, params_);
-  if (match.status == CorrelativeStatus::kNothing && step.loops_accepted == 0 && wider &&
-      contradicted_on_way({keyframes_, graph_.T_map_node}, submap.anchor()) > kContradictedForWider) {
-    attempt.window = search.window = *wider;
-    match = search_correlative(search.map, search.points_m, search.window, search.params);
-  }
-  attempt.score = match.score;
-  attempt.outcome = outcome_of(match.status);
-  if (match.status == CorrelativeStatus::kFound) {
-    const auto found = verified(submap, raster.seen, match.T_map_scan);
-    attempt.outcome = found ? accept(*found, step) : LoopOutcome::kNotVerified;
-  } else if (match.status == CorrelativeStatus::kAmbiguous) {
-    if (const auto found = verified_along_walls(submap, match, search))
-      attempt.outcome = accept(*found, step);
-  }
+LoopAttempt ScanGraph2D::try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step) {
+  const FoundLoop found =
+      finder_.find(path_to(node), submaps_[candidate.submap], candidate.window, step.loops_accepted == 0);
+  LoopAttempt attempt{candidate.submap, found.outcome, found.score, found.window};
+  if (found.match) attempt.outcome = accept(node, *found.match, step);
   return attempt;
 }
 
-/// The match in a corridor, where poses along it fit as well: the one nearest to the graph's estimate, with
-/// the direction along the walls left free. Nothing if poses beside that line fit too.
-std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified_along_walls(const ScanSubmap& submap,
-                                                                            const CorrelativeMatch& ambiguous,
-                                                                            const LoopSearch& search) {
-  const auto best = verified(submap, *search.params.seen, ambiguous.T_map_scan);
-  if (!best) return std::nullopt;
-  const SE2 T_anchor_from =
-      keyframes_[submap.anchor()].T_odom_base.inverse() * keyframes_[best->from].T_odom_base;
-  CorrelativeSearchParams params = search.params;
-  params.free_axis = T_anchor_from.rotation() * weakest_direction(best->covariance.topLeftCorner<2, 2>());
-  if (!walls_on_both_sides(keyframes_.back().scan, *params.seen, ambiguous.T_map_scan, *params.free_axis))
-    return std::nullopt;
-  if (search_correlative(search.map, search.points_m, search.window, params).status !=
-      CorrelativeStatus::kFound)
-    return std::nullopt;
-  const Vec2 offset = search.window.centre.translation() - ambiguous.T_map_scan.translation();
-  const Vec2 nearest = ambiguous.T_map_scan.translation() + params.free_axis->dot(offset) * *params.free_axis;
-  auto match =
-      verified(submap, *search.params.seen, {nearest.x(), nearest.y(), ambiguous.T_map_scan.angle()});
-  if (!match) return std::nullopt;
-  // A direction that PL-ICP left free is the same one, and added to it would blur what the walls hold.
-  if (is_free(match->covariance)) return match;
-  const SE2 T_from_anchor =
-      keyframes_[match->from].T_odom_base.inverse() * keyframes_[submap.anchor()].T_odom_base;
-  const Vec2 axis = T_from_anchor.rotation() * *params.free_axis;
-  match->covariance.topLeftCorner<2, 2>() += kFreeSigma_m * kFreeSigma_m * axis * axis.transpose();
-  return match;
-}
-
 /// Adds a loop to the graph, or lets it wait for another one that agrees; with such a one both.
-LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step) {
-  const PoseEdge2D edge{match.from, keyframes_.size() - 1, match.T_from_base,
+LoopOutcome ScanGraph2D::accept(std::size_t node, const LoopMatch& match, ScanGraphStep& step) {
+  const PoseEdge2D edge{match.from, node, match.T_from_base,
                         edge_information(match.T_from_base, honest_covariance(match.covariance, params_)),
                         PoseEdgeKind::kLoop};
   const auto correction_of = [&](const PoseEdge2D& loop) {
@@ -332,7 +181,7 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   if (correction_m > kAloneCorrection_m) {
     const bool is_held = determines_place(edge);
     if (!is_held && correction_m >= kMostAcross_m) return LoopOutcome::kAmbiguous;
-    const MappedKeyframes path{keyframes_, graph_.T_map_node};
+    const MappedKeyframes path = path_to(node);
     if (!trail_agrees(path, edge.from, edge.T_from_to))
       return is_held ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
     const bool is_agreed = waiting != waiting_.end() || std::ranges::any_of(graph_.edges, agrees);
@@ -354,59 +203,6 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
   --statistics_.alone;
   ++statistics_.accepted;
   return LoopOutcome::kAccepted;
-}
-
-/// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that it could.
-bool ScanGraph2D::confirms(const ScanMatch& match, const SE2& guess, double points) const {
-  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
-  return correction.translation().norm() <= params_.kVerifyMaxTranslation_m &&
-         std::abs(correction.angle()) <= params_.kVerifyMaxRotation_rad &&
-         match.mean_error_m <= params_.kVerifyMaxError_m &&
-         static_cast<double>(match.pairs) >= params_.kVerifyMinPairsRatio * points;
-}
-
-/// Pose of the newest keyframe relative to the submap's nearest one, if PL-ICP confirms the search's match
-/// with what the submap's scans together show there, and if nothing of it contradicts them.
-std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap& submap,
-                                                                const ObservedArea& seen,
-                                                                const SE2& T_anchor_base) {
-  const PlanarScan& scan = keyframes_.back().scan;
-  const SE2 T_odom_anchor = keyframes_[submap.anchor()].T_odom_base;
-  const SE2 T_odom_guess = T_odom_anchor * T_anchor_base;
-  const ScanMatch match =
-      matcher_.match(submap_scan(submap, keyframes_, T_odom_guess, scan.origin_m), scan, SE2());
-  if (!match.ok()) return std::nullopt;
-  const SE2& correction = *match.T_reference_sensed;
-  const SE2 T_odom_base = T_odom_guess * correction, T_anchor_matched = T_anchor_base * correction;
-  // Pairs were observed, also where beams are too far apart for the area between them to count.
-  const auto observed = static_cast<double>(std::max<std::ptrdiff_t>(
-      static_cast<std::ptrdiff_t>(match.pairs), std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
-        return seen.contains(T_anchor_matched * point);
-      })));
-  if (!confirms(match, SE2(), observed) || observed < kMinObservedRatio * static_cast<double>(scan.size()))
-    return std::nullopt;
-  ScanAgreement agreement;
-  std::size_t nearest = submap.first;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = submap.first; k < submap.end; ++k) {
-    const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_base;
-    compare_scans(keyframes_[k].scan, scan, T_k_base, kVisitLimits, agreement);
-    if (apart_m(T_k_base) >= least) continue;
-    least = apart_m(T_k_base);
-    nearest = k;
-  }
-  if (agreement.contradicted_ratio() > kMaxContradictedInSubmap) return std::nullopt;
-  const SE2 T_nearest_base = keyframes_[nearest].T_odom_base.inverse() * T_odom_base;
-  // A single scan that determines the place is more exact than all of the submap with its drift.
-  const ScanMatch direct = matcher_.match(keyframes_[nearest].scan, scan, T_nearest_base);
-  const SE2 moved = direct.ok() ? T_nearest_base.inverse() * *direct.T_reference_sensed : SE2();
-  if (direct.ok() && confirms(direct, T_nearest_base, kShared * static_cast<double>(direct.sensed_points)) &&
-      moved.translation().norm() < kSamePlace_m && std::abs(moved.angle()) < kSamePlace_rad &&
-      direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
-    return VerifiedMatch{nearest, *direct.T_reference_sensed, direct.covariance};
-  const Mat3 rotated = turned_covariance((T_nearest_base * correction.inverse()).rotation(),
-                                         with_free_sigma(match.covariance));
-  return VerifiedMatch{nearest, T_nearest_base, rotated};
 }
 
 void ScanGraph2D::count(LoopOutcome outcome) {

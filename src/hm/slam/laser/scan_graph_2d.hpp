@@ -8,23 +8,12 @@
 #include "hm/geometry/pose_graph_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
-#include "hm/slam/laser/scan_submaps.hpp"
+#include "hm/slam/laser/loop_finder.hpp"
 #include "hm/slam/laser/search/correlative_search.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
 
 namespace hm {
-
-enum class LoopOutcome {
-  kAccepted,
-  kNoMatch,    ///< no pose in the window fits the scan
-  kAmbiguous,  ///< several poses fit nearly as well, or it corrects much, leaves a direction free and ends no
-               ///< contradiction
-  kLimitReached,  ///< the search exceeded its limit
-  kNotVerified,   ///< PL-ICP does not confirm the match
-  kAlone,         ///< it corrects much, and no other loop agrees (until one does)
-};
-std::string_view to_string(LoopOutcome outcome);
 
 /// Search for a keyframe in a submap.
 struct LoopAttempt {
@@ -87,31 +76,17 @@ class ScanGraph2D {
     double distance_m;
     SearchWindow window;
   };
-  /// What the newest keyframe is searched with in a submap.
-  struct LoopSearch {
-    const CorrelativeMap& map;
-    std::vector<Vec2> points_m;
-    SearchWindow window;
-    CorrelativeSearchParams params;
-  };
   void add_odometry_edge();
-  [[nodiscard]] std::vector<Candidate> loop_candidates() const;
-  [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const;
-  [[nodiscard]] double apartness(const ScanSubmap& submap) const;
-  /// Pose of the newest keyframe relative to an older one, with the covariance of its match.
-  struct VerifiedMatch {
-    std::size_t from;
-    SE2 T_from_base;
-    Mat3 covariance;
-  };
-  LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
-  [[nodiscard]] bool confirms(const ScanMatch& match, const SE2& guess, double points) const;
-  [[nodiscard]] std::optional<VerifiedMatch> verified(const ScanSubmap& submap, const ObservedArea& seen,
-                                                      const SE2& T_anchor_base);
-  [[nodiscard]] std::optional<VerifiedMatch> verified_along_walls(const ScanSubmap& submap,
-                                                                  const CorrelativeMatch& ambiguous,
-                                                                  const LoopSearch& search);
-  LoopOutcome accept(const VerifiedMatch& match, ScanGraphStep& step);
+  [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node) const;
+  [[nodiscard]] SearchWindow window_of(std::size_t node, const ScanSubmap& submap,
+                                       const PathUncertainty2D::Seen& seen) const;
+  [[nodiscard]] double apartness(std::size_t node, const ScanSubmap& submap) const;
+  LoopAttempt try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step);
+  LoopOutcome accept(std::size_t node, const LoopMatch& match, ScanGraphStep& step);
+  /// The path up to a node, as if it were the newest.
+  [[nodiscard]] MappedKeyframes path_to(std::size_t node) const {
+    return {std::span(keyframes_).first(node + 1), std::span(graph_.T_map_node).first(node + 1)};
+  }
   void count(LoopOutcome outcome);
   bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
 
@@ -121,8 +96,7 @@ class ScanGraph2D {
   PoseGraph2D graph_;
   PathUncertainty2D paths_;
   std::vector<PoseEdge2D> waiting_;  // loops of the newest keyframes with which no other agrees yet
-  SubmapRasters rasters_;
-  PlIcp matcher_;
+  LoopFinder finder_;
   ScanGraphStatistics statistics_;
 };
 
