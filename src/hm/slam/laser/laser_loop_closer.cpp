@@ -1,14 +1,8 @@
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
+#include "hm/slam/laser/loop_revision.hpp"
+
 namespace hm {
-namespace {
-
-/// After a loop with a larger correction the whole graph is optimised at once: the next search is around the
-/// graph's estimate, in a window as narrow as this loop has made its uncertainty.
-constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
-
-}  // namespace
-
 std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
   const auto keyframe = keyframes_.add(scan, step);
   return keyframe ? std::optional(add(*keyframe)) : std::nullopt;
@@ -17,9 +11,7 @@ std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const 
 ScanGraphStep LaserLoopCloser::add(const GraphKeyframe2D& keyframe) {
   const ScanGraphStep result = graph_.add_keyframe(keyframe);
   new_loops_ += result.loops_accepted;
-  const bool is_large =
-      result.largest_correction_m > kLargeCorrection_m || result.largest_turn_rad > kLargeTurn_rad;
-  if (is_large || new_loops_ >= loops_per_solution_) solve(is_large);
+  if (result.corrects_much() || new_loops_ >= loops_per_solution_) solve(result.corrects_much());
   return result;
 }
 
@@ -29,6 +21,10 @@ PoseGraphSolution LaserLoopCloser::solve(bool whole) {
   return graph_.optimise(window_.next(graph_.size(), whole));
 }
 
-PoseGraphSolution LaserLoopCloser::finish() { return solve(true); }
+PoseGraphSolution LaserLoopCloser::finish() {
+  const PoseGraphSolution solution = solve(true);
+  if (const LoopRevision revision = revise_loops(graph_); revision.changes == 0) return solution;
+  return solve(true);
+}
 
 }  // namespace hm

@@ -25,6 +25,9 @@ bool is_free(const Mat3& covariance);
 bool determines_place(const PoseEdge2D& loop);
 /// Whether two loops between the same two stretches of the path fit one correction.
 bool loops_agree(const PoseEdge2D& a, const PoseEdge2D& b, std::span<const SE2> T_map);
+/// Whether two loops between the same two stretches of the path say the same, up to 0.6 m and 0.15 rad, over
+/// what odometry measured between them: a graph is bent until its loops agree.
+bool same_hypothesis(const PoseEdge2D& a, const PoseEdge2D& b, std::span<const GraphKeyframe2D> keyframes);
 /// Whether the newest keyframes, moved so that the last one lies there relative to an earlier one, agree with
 /// those of the way about that one: rooms look alike more often than the corridors to them, with their doors.
 bool trail_agrees(const MappedKeyframes& path, std::size_t from, const SE2& T_from_base);

@@ -25,6 +25,8 @@ constexpr double kAloneCorrection_m = 0.5;
 /// needs no other one, if none that disagrees waits. Nor does it need to hold the direction along a corridor,
 /// if it moves across it by less than half a corridor's width: by more it might be the one beside it.
 constexpr double kContradictedAsItIs = 0.5, kMostAcross_m = 1.2;
+/// Least half width of the window of a search that is made again.
+constexpr double kAgain_m = 1.5;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -69,10 +71,8 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   add_odometry_edge();
   std::erase_if(waiting_, [&](const PoseEdge2D& loop) { return loop.to + kReachOfAgreement < step.node; });
   if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
-  for (const Candidate& candidate : loop_candidates(step.node)) {
+  for (const Candidate& candidate : loop_candidates(step.node))
     step.attempts.push_back(try_loop(step.node, candidate, step));
-    count(step.attempts.back().outcome);
-  }
   return step;
 }
 
@@ -125,7 +125,8 @@ SearchWindow ScanGraph2D::window_of(std::size_t node, const ScanSubmap& submap,
   return window;
 }
 
-std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t node) const {
+std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t node,
+                                                                 double least_window_m) const {
   std::vector<Candidate> candidates;
   if (params_.kMaxSubmapsTried == 0 || submaps_.size() < 2) return candidates;
   std::vector<std::size_t> anchors;
@@ -142,6 +143,10 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t nod
   const std::vector<PathUncertainty2D::Seen> seen = paths_.seen_from(graph_, node, anchors);
   for (std::size_t i = 0; i < candidates.size(); ++i)
     candidates[i].window = window_of(node, submaps_[candidates[i].submap], seen[i]);
+  for (Candidate& candidate : candidates) {
+    candidate.window.half_x_m = std::max(candidate.window.half_x_m, least_window_m);
+    candidate.window.half_y_m = std::max(candidate.window.half_y_m, least_window_m);
+  }
   std::erase_if(candidates, [this](const Candidate& candidate) {
     const SearchWindow& window = candidate.window;
     return candidate.distance_m > params_.kMaxLoopDistance_m + std::max(window.half_x_m, window.half_y_m);
@@ -151,19 +156,29 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t nod
   return candidates;
 }
 
-LoopAttempt ScanGraph2D::try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step) {
+LoopAttempt ScanGraph2D::try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step,
+                                  std::span<const PoseEdge2D> barred) {
   const FoundLoop found =
       finder_.find(path_to(node), submaps_[candidate.submap], candidate.window, step.loops_accepted == 0);
   LoopAttempt attempt{candidate.submap, found.outcome, found.score, found.window};
-  if (found.match) attempt.outcome = accept(node, *found.match, step);
+  if (found.match) {
+    const PoseEdge2D edge = loop_edge(node, *found.match);
+    const bool is_barred = std::ranges::any_of(
+        barred, [&](const PoseEdge2D& loop) { return same_hypothesis(edge, loop, keyframes_); });
+    attempt.outcome = is_barred ? LoopOutcome::kNotVerified : accept(edge, step);
+  }
+  count(attempt.outcome);
   return attempt;
 }
 
+PoseEdge2D ScanGraph2D::loop_edge(std::size_t node, const LoopMatch& match) const {
+  return {match.from, node, match.T_from_base,
+          edge_information(match.T_from_base, honest_covariance(match.covariance, params_)),
+          PoseEdgeKind::kLoop};
+}
+
 /// Adds a loop to the graph, or lets it wait for another one that agrees; with such a one both.
-LoopOutcome ScanGraph2D::accept(std::size_t node, const LoopMatch& match, ScanGraphStep& step) {
-  const PoseEdge2D edge{match.from, node, match.T_from_base,
-                        edge_information(match.T_from_base, honest_covariance(match.covariance, params_)),
-                        PoseEdgeKind::kLoop};
+LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
   const auto correction_of = [&](const PoseEdge2D& loop) {
     return pose_edge_error(loop, graph_.T_map_node[loop.from], graph_.T_map_node[loop.to]);
   };
@@ -181,7 +196,7 @@ LoopOutcome ScanGraph2D::accept(std::size_t node, const LoopMatch& match, ScanGr
   if (correction_m > kAloneCorrection_m) {
     const bool is_held = determines_place(edge);
     if (!is_held && correction_m >= kMostAcross_m) return LoopOutcome::kAmbiguous;
-    const MappedKeyframes path = path_to(node);
+    const MappedKeyframes path = path_to(edge.to);
     if (!trail_agrees(path, edge.from, edge.T_from_to))
       return is_held ? LoopOutcome::kNotVerified : LoopOutcome::kAmbiguous;
     const bool is_agreed = waiting != waiting_.end() || std::ranges::any_of(graph_.edges, agrees);
@@ -222,6 +237,45 @@ PoseGraphSolution ScanGraph2D::optimise(std::size_t first) {
     solution = solve_pose_graph(part.graph, params_.solver, part.held);
   put_back(part, graph_);
   return solution;
+}
+
+void ScanGraph2D::restore(const State& state) {
+  HM_CHECK(state.graph.T_map_node.size() == keyframes_.size(), "a state of {} keyframes in a graph of {}",
+           state.graph.T_map_node.size(), keyframes_.size());
+  graph_ = state.graph;
+  paths_ = state.paths;
+  statistics_ = state.statistics;
+}
+
+void ScanGraph2D::take_out(std::span<const PoseEdge2D> loops) {
+  for (const PoseEdge2D& loop : loops) {
+    paths_.remove_loop(loop);
+    statistics_.removed += std::erase_if(graph_.edges, [&](const PoseEdge2D& edge) {
+      return edge.kind == PoseEdgeKind::kLoop && edge.from == loop.from && edge.to == loop.to;
+    });
+  }
+}
+
+bool ScanGraph2D::is_joined(std::size_t node, const ScanSubmap& submap) const {
+  return std::ranges::any_of(graph_.edges, [&](const PoseEdge2D& edge) {
+    return edge.kind == PoseEdgeKind::kLoop && edge.to == node && edge.from >= submap.first &&
+           edge.from < submap.end;
+  });
+}
+
+int ScanGraph2D::search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> barred) {
+  int accepted = 0;
+  waiting_.clear();
+  for (const std::size_t node : nodes) {
+    if (keyframes_[node].scan.size() < static_cast<std::size_t>(params_.kMinPoints)) continue;
+    ScanGraphStep step;
+    for (const Candidate& candidate : loop_candidates(node, kAgain_m))
+      if (!is_joined(node, submaps_[candidate.submap])) try_loop(node, candidate, step, barred);
+    accepted += step.loops_accepted;
+    if (step.corrects_much()) optimise();
+  }
+  waiting_.clear();
+  return accepted;
 }
 
 bool ScanGraph2D::take_out_contradictions(GraphPart<PoseGraph2D>& part) {

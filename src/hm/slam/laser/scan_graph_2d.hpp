@@ -1,8 +1,7 @@
 #pragma once
 #include <cstddef>
-#include <memory>
 #include <optional>
-#include <string_view>
+#include <span>
 #include <vector>
 
 #include "hm/geometry/pose_graph_2d.hpp"
@@ -29,13 +28,16 @@ struct ScanGraphStep {
   int loops_accepted = 0;
   double largest_correction_m = 0;  ///< of the accepted loops, relative to the pose in the graph
   double largest_turn_rad = 0;      ///< the same of the heading
+  /// Whether the graph should be optimised before the next search: that is around the graph's estimate, in a
+  /// window as narrow as these loops have made its uncertainty.
+  [[nodiscard]] bool corrects_much() const { return largest_correction_m > 0.3 || largest_turn_rad > 0.04; }
 };
 
 /// Numbers of loop searches by outcome; `candidates` is the sum of the six after it.
 struct ScanGraphStatistics {
   std::size_t candidates = 0;
   std::size_t accepted = 0, no_match = 0, ambiguous = 0, limit_reached = 0, not_verified = 0, alone = 0;
-  std::size_t removed = 0;  ///< accepted, but removed after optimisation as inconsistent
+  std::size_t removed = 0;  ///< accepted, but removed after optimisation or revision as inconsistent
   [[nodiscard]] std::size_t rejected() const { return candidates - accepted + removed; }
 };
 
@@ -58,8 +60,25 @@ class ScanGraph2D {
   /// are inconsistent with the rest. The first keyframe is fixed.
   PoseGraphSolution optimise(std::size_t first = 0);
 
+  /// What loops and optimisation change of a graph.
+  struct State {
+    PoseGraph2D graph;
+    PathUncertainty2D paths;
+    ScanGraphStatistics statistics;
+  };
+  [[nodiscard]] State state() const { return {graph_, paths_, statistics_}; }
+  /// Goes back to an earlier state with as many keyframes.
+  void restore(const State& state);
+  /// Takes out the loops between the nodes of these edges, and counts them as removed.
+  void take_out(std::span<const PoseEdge2D> loops);
+  /// Searches for loops of keyframes anew, in increasing order, around where the graph has them now, in
+  /// windows of half 1.5 m at least; submaps to which a loop leads already are left out, and so are loops
+  /// like the `barred` ones. Optimises after large corrections. Returns the number of loops accepted.
+  int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> barred = {});
+
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
+  [[nodiscard]] std::span<const GraphKeyframe2D> keyframes() const { return keyframes_; }
   [[nodiscard]] const PoseGraph2D& graph() const { return graph_; }
   /// Correction at the last keyframe; changed by optimise() only. Identity without keyframes.
   [[nodiscard]] SE2 T_map_odom() const;
@@ -77,12 +96,15 @@ class ScanGraph2D {
     SearchWindow window;
   };
   void add_odometry_edge();
-  [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node) const;
+  [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node, double least_window_m = 0) const;
+  [[nodiscard]] bool is_joined(std::size_t node, const ScanSubmap& submap) const;
+  [[nodiscard]] PoseEdge2D loop_edge(std::size_t node, const LoopMatch& match) const;
   [[nodiscard]] SearchWindow window_of(std::size_t node, const ScanSubmap& submap,
                                        const PathUncertainty2D::Seen& seen) const;
   [[nodiscard]] double apartness(std::size_t node, const ScanSubmap& submap) const;
-  LoopAttempt try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step);
-  LoopOutcome accept(std::size_t node, const LoopMatch& match, ScanGraphStep& step);
+  LoopAttempt try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step,
+                       std::span<const PoseEdge2D> barred = {});
+  LoopOutcome accept(const PoseEdge2D& edge, ScanGraphStep& step);
   /// The path up to a node, as if it were the newest.
   [[nodiscard]] MappedKeyframes path_to(std::size_t node) const {
     return {std::span(keyframes_).first(node + 1), std::span(graph_.T_map_node).first(node + 1)};

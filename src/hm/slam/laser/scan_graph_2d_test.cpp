@@ -10,49 +10,15 @@
 #include <numbers>
 
 #include "hm/geometry/planar_covariance.hpp"
-#include "hm/laser/testing/planar_world.hpp"
 #include "hm/slam/laser/laser_loop_closer.hpp"
+#include "hm/slam/laser/testing/test_drive.hpp"
 
 namespace hm {
 namespace {
 
 using namespace laser_testing;
 
-/// Path with drifting odometry: true and estimated poses of each keyframe, with its scan.
-struct Drive {
-  std::vector<SE2> truth;
-  std::vector<GraphKeyframe2D> keyframes;
-};
-
-constexpr double kDriftPerStep_rad = 0.004, kScale = 1.01;
-
-Drive drive(const PlanarWorld& world, const std::vector<SE2>& path, const TestLaser& laser,
-            double drift_per_step_rad = kDriftPerStep_rad, const Vec2& shift_per_step_m = {0, 0}) {
-  Rng rng(11);
-  Drive result{path, {}};
-  SE2 T_odom_base = path[0];
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    if (i > 0) {
-      const SE2 motion = path[i - 1].inverse() * path[i];
-      T_odom_base = T_odom_base * SE2(kScale * motion.translation(), motion.angle() + drift_per_step_rad);
-      T_odom_base = SE2(T_odom_base.translation() + shift_per_step_m, T_odom_base.angle());
-    }
-    PlanarScan scan = planar_scan_of_world(world, path[i], laser, rng);
-    scan.stamp = Time::from_seconds(10 + static_cast<double>(i));
-    result.keyframes.push_back({scan, T_odom_base, Vec3(1e-4, 1e-4, 2e-5).asDiagonal()});
-  }
-  return result;
-}
-
-std::vector<SE2> two_rounds() {
-  std::vector<SE2> path;
-  for (double at_m = 0; at_m < 1.6 * kOfficeLoop_m; at_m += 0.5) path.push_back(office_loop(at_m));
-  return path;
-}
-
-const TestLaser kLaser{361, 4.71, 30, 0.01};
-
-double worst_error_m(const ScanGraph2D& graph, const Drive& run) {
+double worst_error_m(const ScanGraph2D& graph, const TestDrive& run) {
   double worst = 0;
   for (std::size_t i = 0; i < graph.size(); ++i)
     worst = std::max(worst, (run.truth[i].translation() - graph.graph().T_map_node[i].translation()).norm());
@@ -60,7 +26,7 @@ double worst_error_m(const ScanGraph2D& graph, const Drive& run) {
 }
 
 TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser);
   ScanGraph2D graph;
   SE2 T_map_odom;
   for (const GraphKeyframe2D& keyframe : run.keyframes) {
@@ -100,7 +66,7 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
 /// Odometry shifts along the corridor in which the round ends: its walls fit all the same, so that the first
 /// loop, which corrects by 0.8 m, waits for a second one, and both come together.
 TEST(ScanGraph2D, ALargeCorrectionNeedsTwoLoopsThatAgree) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser, 0, {0.01, 0});
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser, 0, {0.01, 0});
   ScanGraph2D graph;
   std::size_t alone = 0;
   for (const GraphKeyframe2D& keyframe : run.keyframes) {
@@ -123,7 +89,7 @@ TEST(ScanGraph2D, ALargeCorrectionNeedsTwoLoopsThatAgree) {
 /// Odometry shifts across that corridor: as the graph is, new walls stand in what was seen to be free. The
 /// first loop ends that, and suffices.
 TEST(ScanGraph2D, ALoopThatEndsAContradictionNeedsNoOther) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser, 0, {0, 0.01});
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser, 0, {0, 0.01});
   ScanGraph2D graph;
   for (const GraphKeyframe2D& keyframe : run.keyframes) {
     const ScanGraphStep step = graph.add_keyframe(keyframe);
@@ -143,7 +109,7 @@ TEST(ScanGraph2D, ALoopThatEndsAContradictionNeedsNoOther) {
 /// The next search must not be around poses that the loop has not corrected yet, in a window as narrow as the
 /// loop makes it.
 TEST(LaserLoopCloser, ALargeCorrectionIsMadeBeforeTheNextSearch) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser, 0, {0, 0.01});
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser, 0, {0, 0.01});
   LaserLoopCloser closer({}, 1000);
   std::size_t node = 0;
   while (closer.add(run.keyframes[node]).loops_accepted == 0) ASSERT_LT(++node, run.keyframes.size());
@@ -159,7 +125,7 @@ TEST(ScanGraph2D, WheelsBoundWhatMatchingLeavesFree) {
   ScanGraph2D graph;
   const Mat3 corridor = Vec3(1e4, 1e-4, 1e-5).asDiagonal(), wheels = Vec3(4e-4, 4e-4, 1e-2).asDiagonal();
   for (int i = 0; i < 3; ++i) {
-    PlanarScan scan = planar_scan_of_world(office_world(), SE2(), kLaser, rng);
+    PlanarScan scan = planar_scan_of_world(office_world(), SE2(), kDriveLaser, rng);
     scan.stamp = Time::from_seconds(i);
     graph.add_keyframe({scan, SE2(i, 0, 0), corridor, i == 2 ? std::optional(wheels) : std::nullopt});
   }
@@ -171,7 +137,7 @@ TEST(ScanGraph2D, WheelsBoundWhatMatchingLeavesFree) {
 }
 
 TEST(ScanGraph2D, SameBitsEveryTime) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser);
   ScanGraph2D a, b;
   for (const GraphKeyframe2D& keyframe : run.keyframes)
     EXPECT_EQ(a.add_keyframe(keyframe).loops_accepted, b.add_keyframe(keyframe).loops_accepted);
@@ -195,9 +161,9 @@ TEST(ScanGraph2D, IdenticalDoorsGiveNoFalseLoop) {
   std::vector<SE2> path;
   for (double x = 15; x < 45; x += 0.5) path.emplace_back(x, 1.0, 0.0);
   for (double x = 45; x > 15; x -= 0.5) path.emplace_back(x, 1.1, 0.0);  // backwards
-  TestLaser laser = kLaser;
+  TestLaser laser = kDriveLaser;
   laser.range_max_m = 8;
-  Drive run = drive(world, path, laser);
+  TestDrive run = drive(world, path, laser);
   for (std::size_t i = 0; i < path.size(); ++i) {
     const double back_m = std::max(0.0, static_cast<double>(i) - 60) * 0.5;
     run.keyframes[i].T_odom_base = path[i] * SE2(0.05 * back_m, 0, 0);
@@ -234,9 +200,9 @@ struct CorridorTwice {
     const std::size_t turn = path.size();
     for (double x = 40; x > 0; x -= 0.5)
       path.push_back(T_world_corridor * SE2(x, 1.3, std::numbers::pi + sway()));
-    TestLaser laser = kLaser;
+    TestLaser laser = kDriveLaser;
     laser.range_max_m = 8;
-    const Drive run = drive(world, path, laser);
+    const TestDrive run = drive(world, path, laser);
     const Mat3 walls = Vec3(1e4, 1e-4, 2e-5).asDiagonal();
     for (std::size_t i = 0; i < path.size(); ++i) {
       const Vec2 off = i < turn ? Vec2(0, 0) : drift(static_cast<double>(i - turn) * 0.5);
@@ -291,7 +257,7 @@ TEST(ScanGraph2D, WallsOfACorridorDoNotPullFarAcross) {
 }
 
 TEST(ScanGraph2D, CorrectsPosesBetweenKeyframes) {
-  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser);
   ScanGraph2D graph;
   EXPECT_FALSE(graph.T_map_base(Time::from_seconds(1), {}));
   EXPECT_EQ(graph.T_map_odom().vector(), Vec3::Zero());

@@ -1,0 +1,173 @@
+#include "hm/slam/laser/loop_revision.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "hm/slam/laser/loop_consistency.hpp"
+#include "hm/slam/laser/testing/test_drive.hpp"
+
+namespace hm {
+namespace {
+
+using namespace laser_testing;
+
+using Edges = std::vector<PoseEdge2D>;
+
+Edges loops_of(const ScanGraph2D& graph) {
+  Edges loops;
+  for (const PoseEdge2D& edge : graph.graph().edges)
+    if (edge.kind == PoseEdgeKind::kLoop) loops.push_back(edge);
+  return loops;
+}
+
+/// The second round through an office's corridor, its loops closed.
+class LoopRevisionTest : public testing::Test {
+ protected:
+  LoopRevisionTest() : run_(drive(office_world(), two_rounds(), kDriveLaser)) {
+    for (const GraphKeyframe2D& keyframe : run_.keyframes)
+      if (graph_.add_keyframe(keyframe).corrects_much()) graph_.optimise();
+    graph_.optimise();
+  }
+  /// Puts loops into the graph as a search that was misled would have done.
+  void add(const Edges& loops) {
+    ScanGraph2D::State state = graph_.state();
+    for (const PoseEdge2D& loop : loops) {
+      state.graph.edges.push_back(loop);
+      state.paths.add_edge(loop);
+    }
+    graph_.restore(state);
+    graph_.optimise();
+  }
+  /// A run of loops that all say that the second round passes `shift` beside the first.
+  [[nodiscard]] Edges wrong_loops(std::size_t first_to, std::size_t count, const Vec2& shift) const {
+    Edges loops;
+    for (std::size_t to = first_to; to < first_to + count; ++to) {
+      const std::size_t from = to - 83;
+      const SE2 true_motion = run_.truth[from].inverse() * run_.truth[to];
+      loops.push_back({from, to, SE2(true_motion.translation() + shift, true_motion.angle()),
+                       Mat3(Vec3(1e4, 1e4, 1e5).asDiagonal()), PoseEdgeKind::kLoop});
+    }
+    return loops;
+  }
+  [[nodiscard]] double error_m(const PoseEdge2D& loop) const {
+    const SE2 true_motion = run_.truth[loop.from].inverse() * run_.truth[loop.to];
+    return (true_motion.translation() - loop.T_from_to.translation()).norm();
+  }
+  [[nodiscard]] double worst_loop_m() const {
+    double worst = 0;
+    for (const PoseEdge2D& loop : loops_of(graph_)) worst = std::max(worst, error_m(loop));
+    return worst;
+  }
+
+  TestDrive run_;
+  ScanGraph2D graph_;
+};
+
+TEST_F(LoopRevisionTest, LeavesAMapThatAgreesWithItselfAlone) {
+  const MapAgreement agreement = map_agreement(graph_);
+  EXPECT_TRUE(agreement.contradicted.empty());
+  EXPECT_GT(agreement.score, 10'000);
+  const PoseGraph2D before = graph_.graph();
+  const LoopRevision revision = revise_loops(graph_);
+  EXPECT_EQ(revision.trials, 0U);
+  EXPECT_EQ(revision.changes, 0U);
+  ASSERT_EQ(graph_.graph().edges.size(), before.edges.size());
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    EXPECT_EQ(graph_.graph().T_map_node[i].vector(), before.T_map_node[i].vector());
+}
+
+/// Wrong loops that agree with each other, in place of the right ones of that stretch.
+TEST_F(LoopRevisionTest, TakesLoopsToALookAlikePlaceOut) {
+  Edges replaced = loops_of(graph_);
+  std::erase_if(replaced, [](const PoseEdge2D& loop) { return loop.to < 95 || loop.to > 125; });
+  graph_.take_out(replaced);
+  const std::size_t removed = graph_.statistics().removed;
+  EXPECT_EQ(removed, replaced.size());
+  const Edges wrong = wrong_loops(102, 12, {0, 1.2});
+  add(wrong);
+  ASSERT_GT(worst_loop_m(), 1.1);
+  EXPECT_FALSE(map_agreement(graph_).contradicted.empty());
+  const LoopRevision revision = revise_loops(graph_);
+  EXPECT_GE(revision.changes, 1U);
+  EXPECT_LT(worst_loop_m(), 0.1);
+  EXPECT_TRUE(map_agreement(graph_).contradicted.empty());
+  EXPECT_GE(graph_.statistics().removed, removed + wrong.size());
+}
+
+/// Loops that were missed are found when the whole drive is known.
+TEST_F(LoopRevisionTest, SearchesContradictedPlacesAgain) {
+  const double agreed = map_agreement(graph_).score;
+  Edges missed = loops_of(graph_);
+  std::erase_if(missed, [](const PoseEdge2D& loop) { return loop.to < 100; });
+  graph_.take_out(missed);
+  graph_.optimise();
+  ASSERT_FALSE(map_agreement(graph_).contradicted.empty());
+  revise_loops(graph_);
+  EXPECT_TRUE(map_agreement(graph_).contradicted.empty());
+  EXPECT_GT(map_agreement(graph_).score, 0.9 * agreed);
+  EXPECT_LT(worst_loop_m(), 0.1);
+}
+
+/// Hypotheses, right and wrong: leaving some out is nowhere better than what the revision finds.
+TEST_F(LoopRevisionTest, IsAsGoodAsEveryChoiceOfHypotheses) {
+  Edges all = loops_of(graph_);
+  graph_.take_out(all);
+  std::vector<Edges> hypotheses;
+  const auto right = [&](std::size_t first_to, std::size_t end_to) {
+    Edges loops = all;
+    std::erase_if(loops, [&](const PoseEdge2D& loop) { return loop.to < first_to || loop.to >= end_to; });
+    ASSERT_FALSE(loops.empty());
+    hypotheses.push_back(loops);
+  };
+  right(84, 88);
+  hypotheses.push_back(wrong_loops(96, 6, {0, 1.0}));
+  hypotheses.push_back(wrong_loops(104, 6, {-0.8, 0.6}));
+  right(118, 121);
+  right(128, 134);
+  for (const Edges& loops : hypotheses) add(loops);
+  const ScanGraph2D::State begin = graph_.state();
+  double best = map_agreement(graph_).score;
+  const double at_first = best;
+  for (unsigned choice = 0; choice < 1U << hypotheses.size(); ++choice) {
+    graph_.restore(begin);
+    for (std::size_t k = 0; k < hypotheses.size(); ++k)
+      if ((choice >> k) % 2 != 0) graph_.take_out(hypotheses[k]);
+    graph_.optimise();
+    best = std::max(best, map_agreement(graph_).score);
+  }
+  EXPECT_GT(best, at_first + 1000);
+  graph_.restore(begin);
+  revise_loops(graph_);
+  EXPECT_GE(map_agreement(graph_).score, best - 300);
+  EXPECT_LT(worst_loop_m(), 0.1);
+}
+
+TEST_F(LoopRevisionTest, SameBitsEveryTime) {
+  add(wrong_loops(102, 12, {0, 1.2}));
+  const ScanGraph2D::State begin = graph_.state();
+  revise_loops(graph_);
+  const PoseGraph2D once = graph_.graph();
+  graph_.restore(begin);
+  revise_loops(graph_);
+  ASSERT_EQ(graph_.graph().edges.size(), once.edges.size());
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    EXPECT_EQ(graph_.graph().T_map_node[i].vector(), once.T_map_node[i].vector());
+}
+
+/// A barred hypothesis is not found again.
+TEST_F(LoopRevisionTest, SearchesForOtherLoopsThanTheBarredOnes) {
+  const Edges all = loops_of(graph_);
+  graph_.take_out(all);
+  std::vector<std::size_t> nodes;
+  for (std::size_t node = 84; node < graph_.size(); ++node) nodes.push_back(node);
+  EXPECT_EQ(graph_.search_again(nodes, all), 0);
+  EXPECT_GT(graph_.search_again(nodes), 10);
+  for (const PoseEdge2D& loop : loops_of(graph_))
+    EXPECT_TRUE(std::ranges::any_of(
+        all, [&](const PoseEdge2D& known) { return same_hypothesis(loop, known, graph_.keyframes()); }));
+}
+
+}  // namespace
+}  // namespace hm
