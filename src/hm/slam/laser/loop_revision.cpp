@@ -30,12 +30,12 @@ std::size_t apart(std::size_t i, std::size_t j) { return i > j ? i - j : j - i; 
 
 struct Outcome {
   ScanGraph2D::State state;
-  MapAgreement agreement;
+  GraphAgreement agreement;
 };
 
-Outcome outcome_of(const ScanGraph2D& graph) { return {graph.state(), map_agreement(graph)}; }
+Outcome outcome_of(const ScanGraph2D& graph) { return {graph.state(), graph_agreement(graph)}; }
 
-bool is_better(const MapAgreement& a, const MapAgreement& b) { return a.score > b.score + kLeastGain; }
+bool is_better(const GraphAgreement& a, const GraphAgreement& b) { return a.score > b.score + kLeastGain; }
 
 /// The keyframes that are at most `reach` from one of these, in order.
 std::vector<std::size_t> around(std::span<const std::size_t> nodes, std::size_t reach, std::size_t size) {
@@ -124,7 +124,7 @@ Outcome searched_again(ScanGraph2D& graph, const Outcome& now) {
 
 }  // namespace
 
-MapAgreement map_agreement(const ScanGraph2D& graph) {
+GraphAgreement graph_agreement(const ScanGraph2D& graph) {
   ScanVisits visits;
   std::vector<Time> stamps;
   for (std::size_t node = 0; node < graph.size(); ++node) {
@@ -133,7 +133,7 @@ MapAgreement map_agreement(const ScanGraph2D& graph) {
   }
   const std::vector<VisitAgreement> places = visits.compare(
       [&](Time stamp, const SE2& T_odom_base) { return *graph.T_map_base(stamp, T_odom_base); });
-  MapAgreement result;
+  GraphAgreement result;
   for (std::size_t i = 0; i < places.size(); ++i) {
     result.score += static_cast<double>(places[i].agrees) -
                     kContradictedWeight * static_cast<double>(places[i].seen_through);

@@ -7,14 +7,14 @@
 namespace hm {
 
 /// How well the scans of different visits agree as a graph places them.
-struct MapAgreement {
+struct GraphAgreement {
   /// Points that agree, less three times those that stand in the free space of another visit: a map that is
   /// torn has no contradictions left, but little that agrees.
   double score = 0;
   /// Keyframes around which more than a quarter of what both visits show is contradicted, in order.
   std::vector<std::size_t> contradicted;
 };
-MapAgreement map_agreement(const ScanGraph2D& graph);
+GraphAgreement graph_agreement(const ScanGraph2D& graph);
 
 struct LoopRevision {
   std::size_t trials = 0;   ///< groups of loops that were left out to see

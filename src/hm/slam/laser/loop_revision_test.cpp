@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hm/slam/laser/loop_consistency.hpp"
-#include "hm/slam/laser/testing/test_drive.hpp"
+#include "hm/slam/laser/testing/drifting_drive.hpp"
 
 namespace hm {
 namespace {
@@ -66,7 +66,7 @@ class LoopRevisionTest : public testing::Test {
 };
 
 TEST_F(LoopRevisionTest, LeavesAMapThatAgreesWithItselfAlone) {
-  const MapAgreement agreement = map_agreement(graph_);
+  const GraphAgreement agreement = graph_agreement(graph_);
   EXPECT_TRUE(agreement.contradicted.empty());
   EXPECT_GT(agreement.score, 10'000);
   const PoseGraph2D before = graph_.graph();
@@ -88,25 +88,25 @@ TEST_F(LoopRevisionTest, TakesLoopsToALookAlikePlaceOut) {
   const Edges wrong = wrong_loops(102, 12, {0, 1.2});
   add(wrong);
   ASSERT_GT(worst_loop_m(), 1.1);
-  EXPECT_FALSE(map_agreement(graph_).contradicted.empty());
+  EXPECT_FALSE(graph_agreement(graph_).contradicted.empty());
   const LoopRevision revision = revise_loops(graph_);
   EXPECT_GE(revision.changes, 1U);
   EXPECT_LT(worst_loop_m(), 0.1);
-  EXPECT_TRUE(map_agreement(graph_).contradicted.empty());
+  EXPECT_TRUE(graph_agreement(graph_).contradicted.empty());
   EXPECT_GE(graph_.statistics().removed, removed + wrong.size());
 }
 
 /// Loops that were missed are found when the whole drive is known.
 TEST_F(LoopRevisionTest, SearchesContradictedPlacesAgain) {
-  const double agreed = map_agreement(graph_).score;
+  const double agreed = graph_agreement(graph_).score;
   Edges missed = loops_of(graph_);
   std::erase_if(missed, [](const PoseEdge2D& loop) { return loop.to < 100; });
   graph_.take_out(missed);
   graph_.optimise();
-  ASSERT_FALSE(map_agreement(graph_).contradicted.empty());
+  ASSERT_FALSE(graph_agreement(graph_).contradicted.empty());
   revise_loops(graph_);
-  EXPECT_TRUE(map_agreement(graph_).contradicted.empty());
-  EXPECT_GT(map_agreement(graph_).score, 0.9 * agreed);
+  EXPECT_TRUE(graph_agreement(graph_).contradicted.empty());
+  EXPECT_GT(graph_agreement(graph_).score, 0.9 * agreed);
   EXPECT_LT(worst_loop_m(), 0.1);
 }
 
@@ -128,19 +128,19 @@ TEST_F(LoopRevisionTest, IsAsGoodAsEveryChoiceOfHypotheses) {
   right(128, 134);
   for (const Edges& loops : hypotheses) add(loops);
   const ScanGraph2D::State begin = graph_.state();
-  double best = map_agreement(graph_).score;
+  double best = graph_agreement(graph_).score;
   const double at_first = best;
   for (unsigned choice = 0; choice < 1U << hypotheses.size(); ++choice) {
     graph_.restore(begin);
     for (std::size_t k = 0; k < hypotheses.size(); ++k)
       if ((choice >> k) % 2 != 0) graph_.take_out(hypotheses[k]);
     graph_.optimise();
-    best = std::max(best, map_agreement(graph_).score);
+    best = std::max(best, graph_agreement(graph_).score);
   }
   EXPECT_GT(best, at_first + 1000);
   graph_.restore(begin);
   revise_loops(graph_);
-  EXPECT_GE(map_agreement(graph_).score, best - 300);
+  EXPECT_GE(graph_agreement(graph_).score, best - 300);
   EXPECT_LT(worst_loop_m(), 0.1);
 }
 

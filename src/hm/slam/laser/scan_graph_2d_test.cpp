@@ -11,7 +11,7 @@
 
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/slam/laser/laser_loop_closer.hpp"
-#include "hm/slam/laser/testing/test_drive.hpp"
+#include "hm/slam/laser/testing/drifting_drive.hpp"
 
 namespace hm {
 namespace {

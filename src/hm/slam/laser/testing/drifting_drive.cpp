@@ -1,4 +1,4 @@
-#include "hm/slam/laser/testing/test_drive.hpp"
+#include "hm/slam/laser/testing/drifting_drive.hpp"
 
 namespace hm::laser_testing {
 
