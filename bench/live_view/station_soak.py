@@ -84,12 +84,12 @@ def different(watchers, port):
         nonlocal wanted, changed
         if viewer.pages != wanted:
             wanted, changed = dict(viewer.pages), time.monotonic()
-        return time.monotonic() - changed > REST_S
+        return wanted and time.monotonic() - changed > REST_S
 
-    fresh.watch(at_rest, SETTLE_S)
+    rested = fresh.watch(at_rest, SETTLE_S)
     fresh.close()
-    if not wanted:
-        raise RuntimeError("a new viewer got no model")
+    if not rested:
+        raise RuntimeError("a new viewer got no model, or one that never came to rest")
     until(lambda: all(watcher.model() == wanted for watcher in watchers), SETTLE_S)
     return sum(watcher.model() != wanted for watcher in watchers)
 

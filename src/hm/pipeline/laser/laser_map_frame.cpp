@@ -53,11 +53,11 @@ MapFrameSource LaserMapFrame::source() const {
   return localiser_ ? MapFrameSource::kSavedMap : MapFrameSource::kOdometry;
 }
 
-MapFrameStep LaserMapFrame::process(const PlanarScan& scan, const OdometryStep& step) {
+MapFrameStep LaserMapFrame::process(const PlanarScan& scan, const OdometryStep& step, double height_m) {
   const Stopwatch watch;
   MapFrameStep result;
   if (step.T_odom_base && loops_) {
-    loops_->add(scan, step);
+    loops_->add(scan, step, height_m);
     note(scan.stamp, loops_->T_map_odom());
   }
   if (step.T_odom_base && localiser_) {

@@ -47,8 +47,8 @@ class LaserMapFrame {
   /// While the place is not known, it is searched for every `seek_interval_s`.
   static LaserMapFrame from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params);
 
-  /// Takes the scan and its odometry into account.
-  MapFrameStep process(const PlanarScan& scan, const OdometryStep& step);
+  /// Takes the scan, its odometry and the height of the vehicle into account.
+  MapFrameStep process(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// Solves the graph a last time.
   void finish();
 

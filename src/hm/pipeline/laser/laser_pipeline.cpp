@@ -326,9 +326,9 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   const OdometryStatus status = step.odometry.status;
   if (status != OdometryStatus::kTimeBackwards && status != OdometryStatus::kTooFewPoints)
     motion.remember(scan.stamp, heading_of(step.odometry));
-  step.map_frame = map_frame.process(scan, step.odometry);
-  if (step.odometry.T_odom_base)
-    visits.add(scan, *step.odometry.T_odom_base, step.height ? step.height->height_m : 0);
+  const double height_m = step.height ? step.height->height_m : 0;
+  step.map_frame = map_frame.process(scan, step.odometry, height_m);
+  if (step.odometry.T_odom_base) visits.add(scan, *step.odometry.T_odom_base, height_m);
   if (step.odometry.T_keyframe_base && step.odometry.match.ok() && params.matcher.matcher.compute_covariance)
     step.planar_covariance = in_odom(step.odometry);
   if (step.odometry.T_odom_base) return true;

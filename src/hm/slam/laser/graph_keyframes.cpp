@@ -17,7 +17,8 @@ Mat3 match_in_odom(const OdometryStep& step) {
 
 }  // namespace
 
-std::optional<GraphKeyframe2D> GraphKeyframes::add(const PlanarScan& scan, const OdometryStep& step) {
+std::optional<GraphKeyframe2D> GraphKeyframes::add(const PlanarScan& scan, const OdometryStep& step,
+                                                   double height_m) {
   if (!step.T_odom_base) return std::nullopt;
   const Mat3 match = match_in_odom(step);
   unknown_since_ = unknown_since_ || step.status == OdometryStatus::kRestarted;
@@ -27,8 +28,8 @@ std::optional<GraphKeyframe2D> GraphKeyframes::add(const PlanarScan& scan, const
     *wheels_since_ += *step.wheel_covariance;
   std::optional<GraphKeyframe2D> result;
   if (is_due(*step.T_odom_base)) {
-    result =
-        GraphKeyframe2D{scan, *step.T_odom_base, covariance_since_last(match), wheel_covariance_since_last()};
+    result = GraphKeyframe2D{scan, *step.T_odom_base, covariance_since_last(match),
+                             wheel_covariance_since_last(), height_m};
     T_odom_last_ = step.T_odom_base;
     last_match_ = match;
     keyframes_since_.setZero();

@@ -14,7 +14,7 @@ class GraphKeyframes {
   explicit GraphKeyframes(const ScanGraph2DParams& params = {}) : params_(params) {}
 
   /// Takes the odometry result of a scan into account. Nothing for scans that do not become a keyframe.
-  std::optional<GraphKeyframe2D> add(const PlanarScan& scan, const OdometryStep& step);
+  std::optional<GraphKeyframe2D> add(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
 
  private:
   [[nodiscard]] bool is_due(const SE2& T_odom_base) const;

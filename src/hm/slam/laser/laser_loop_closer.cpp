@@ -1,10 +1,9 @@
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
-#include "hm/slam/laser/loop_revision.hpp"
-
 namespace hm {
-std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
-  const auto keyframe = keyframes_.add(scan, step);
+std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step,
+                                                  double height_m) {
+  const auto keyframe = keyframes_.add(scan, step, height_m);
   return keyframe ? std::optional(add(*keyframe)) : std::nullopt;
 }
 
@@ -23,8 +22,8 @@ PoseGraphSolution LaserLoopCloser::solve(bool whole) {
 
 PoseGraphSolution LaserLoopCloser::finish() {
   const PoseGraphSolution solution = solve(true);
-  if (const LoopRevision revision = revise_loops(graph_); revision.changes == 0) return solution;
-  return solve(true);
+  revision_ = revise_loops(graph_);
+  return revision_.changes == 0 ? solution : solve(true);
 }
 
 }  // namespace hm

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "hm/slam/laser/graph_keyframes.hpp"
+#include "hm/slam/laser/loop_revision.hpp"
 #include "hm/slam/laser/scan_graph_2d.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 
@@ -18,15 +19,19 @@ class LaserLoopCloser {
       : keyframes_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
   /// Adds the odometry result of a scan. Nothing for scans that do not become a node.
-  std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
+  std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// Adds a keyframe that GraphKeyframes made, instead.
   ScanGraphStep add(const GraphKeyframe2D& keyframe);
-  /// Optimises the whole graph.
+  /// Optimises the whole graph and revises its loops (revise_loops), which may take half a minute where the
+  /// map contradicts itself. More keyframes can be added after it.
   PoseGraphSolution finish();
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
   [[nodiscard]] const ScanGraph2D& graph() const { return graph_; }
+  /// Times the graph was optimised, without those of the revision.
   [[nodiscard]] int solutions() const { return solutions_; }
+  /// By the last finish().
+  [[nodiscard]] const LoopRevision& revision() const { return revision_; }
 
  private:
   PoseGraphSolution solve(bool whole);
@@ -35,6 +40,7 @@ class LaserLoopCloser {
   ScanGraph2D graph_;
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
+  LoopRevision revision_;
   SolutionWindow window_;
 };
 

@@ -37,8 +37,8 @@ LiveLaserLoopCloser::LiveLaserLoopCloser(const ScanGraph2DParams& params, LoopTh
 
 LiveLaserLoopCloser::~LiveLaserLoopCloser() = default;
 
-void LiveLaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
-  auto keyframe = impl_->keyframes.add(scan, step);
+void LiveLaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step, double height_m) {
+  auto keyframe = impl_->keyframes.add(scan, step, height_m);
   if (!keyframe) return;
   if (!impl_->queue) return impl_->process(*keyframe);
   impl_->queue->add(std::move(*keyframe));

@@ -24,14 +24,14 @@ class LiveLaserLoopCloser {
 
   /// Takes the odometry result of a scan into account. On a thread of its own: scans that become a keyframe
   /// are copied into a queue (the graph keeps as much of them), and it returns at once.
-  void add(const PlanarScan& scan, const OdometryStep& step);
+  void add(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// The correction `map -> odom` by the keyframes processed so far.
   [[nodiscard]] SE2 T_map_odom() const;
   /// Keyframes that are not yet processed.
   [[nodiscard]] std::size_t waiting_keyframes() const;
   /// Waits until all keyframes are processed. Valid until the next add().
   [[nodiscard]] const LaserLoopCloser& settled() const;
-  /// Waits likewise, then optimises the whole graph.
+  /// Waits likewise, then as LaserLoopCloser::finish().
   PoseGraphSolution finish();
 
  private:

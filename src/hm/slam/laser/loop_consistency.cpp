@@ -17,7 +17,7 @@ constexpr double kFree_m = 1;  // a direction that deviates by more is free
 constexpr std::size_t kLeastApart = 2;
 /// Deviations between two loops at most; those of the graph between their ends, in part per metre.
 constexpr double kAgreementSigmas = 3, kChain_m = 0.1, kChainRatio = 0.02, kChain_rad = 0.03;
-/// Loops that say the same, or lead to look-alike rooms beside each other.
+/// Two loops with larger deviations are different hypotheses: rooms side by side are farther apart.
 constexpr double kSame_m = 0.6, kSame_rad = 0.15;
 /// Keyframes on both ways, the distance up to which two are compared, and with how many at most.
 constexpr std::size_t kTrail = 15, kWay = 25, kMostOnWay = 4;
@@ -44,17 +44,15 @@ ScanAgreement compare_trail(const MappedKeyframes& path, std::size_t from, const
   return sum;
 }
 
-std::size_t apart(std::size_t i, std::size_t j) { return i > j ? i - j : j - i; }
-
-/// What one loop says of the ends of another, over the path between them.
-struct LoopAround {
+/// Motion between the ends of another loop by one loop and the path between the two.
+struct PredictedLoop {
   SE2 T_from_to;  ///< between the ends of the other
   SE2 T_to_to;    ///< from the other's end to the loop's
   double way_m;
 };
 
 template <class PoseOf>
-LoopAround loop_around(const PoseEdge2D& loop, const PoseEdge2D& other, const PoseOf& pose_of) {
+PredictedLoop predict_loop(const PoseEdge2D& loop, const PoseEdge2D& other, const PoseOf& pose_of) {
   const SE2 from = pose_of(loop.from).inverse() * pose_of(other.from),
             to = pose_of(other.to).inverse() * pose_of(loop.to);
   return {from.inverse() * loop.T_from_to * to.inverse(), to,
@@ -68,25 +66,26 @@ bool is_free(const Mat3& covariance) { return covariance.topLeftCorner<2, 2>().t
 bool determines_place(const PoseEdge2D& loop) { return !is_free(loop.information.inverse()); }
 
 bool loops_agree(const PoseEdge2D& a, const PoseEdge2D& b, std::span<const SE2> T_map) {
-  if (b.kind != PoseEdgeKind::kLoop || apart(a.to, b.to) > kReachOfAgreement ||
-      apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement ||
+  if (b.kind != PoseEdgeKind::kLoop || keyframes_apart(a.to, b.to) > kReachOfAgreement ||
+      keyframes_apart(a.to, b.to) < kLeastApart || keyframes_apart(a.from, b.from) > 2 * kReachOfAgreement ||
       !determines_place(a) || !determines_place(b))
     return false;
-  const LoopAround around = loop_around(a, b, [&](std::size_t k) { return T_map[k]; });
-  const PoseEdge2D edge{b.from, b.to, around.T_from_to, b.information};
+  const PredictedLoop predicted = predict_loop(a, b, [&](std::size_t k) { return T_map[k]; });
+  const PoseEdge2D edge{b.from, b.to, predicted.T_from_to, b.information};
   const Vec3 error = pose_edge_error(edge, SE2(), b.T_from_to);
-  const double chain_m = kChain_m + kChainRatio * around.way_m;
+  const double chain_m = kChain_m + kChainRatio * predicted.way_m;
   // The axes of a loop's error are those at its end.
   const Mat3 covariance = b.information.inverse() +
-                          turned_covariance(around.T_to_to.rotation(), a.information.inverse()) +
+                          turned_covariance(predicted.T_to_to.rotation(), a.information.inverse()) +
                           Mat3(Vec3(chain_m, chain_m, kChain_rad).cwiseAbs2().asDiagonal());
   return error.dot(covariance.inverse() * error) <= kAgreementSigmas * kAgreementSigmas;
 }
 
 bool same_hypothesis(const PoseEdge2D& a, const PoseEdge2D& b, std::span<const GraphKeyframe2D> keyframes) {
-  if (apart(a.to, b.to) > kReachOfAgreement || apart(a.from, b.from) > kReachOfAgreement) return false;
+  if (keyframes_apart(a.to, b.to) > kReachOfAgreement || keyframes_apart(a.from, b.from) > kReachOfAgreement)
+    return false;
   const auto pose_of = [&](std::size_t k) { return keyframes[k].T_odom_base; };
-  const SE2 error = loop_around(a, b, pose_of).T_from_to.inverse() * b.T_from_to;
+  const SE2 error = predict_loop(a, b, pose_of).T_from_to.inverse() * b.T_from_to;
   return error.translation().norm() < kSame_m && std::abs(error.angle()) < kSame_rad;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,7 @@ enum class LoopOutcome {
   kAmbiguous,  ///< several poses fit nearly as well, or it corrects much, leaves a direction free and ends no
                ///< contradiction
   kLimitReached,  ///< the search exceeded its limit
-  kNotVerified,   ///< PL-ICP does not confirm the match
+  kNotVerified,   ///< PL-ICP does not confirm the match, or the loop is excluded
   kAlone,         ///< it corrects much, and no other loop agrees (until one does)
 };
 std::string_view to_string(LoopOutcome outcome);
@@ -28,7 +29,7 @@ struct LoopMatch {
   Mat3 covariance;
 };
 
-/// What a search for a keyframe in a submap found.
+/// Result of the search for a keyframe in a submap.
 struct FoundLoop {
   LoopOutcome outcome = LoopOutcome::kNoMatch;  ///< why there is no match
   double score = 0;
@@ -50,7 +51,7 @@ class LoopFinder {
                  bool may_widen);
 
  private:
-  /// What the last keyframe of a path is searched with in a submap.
+  /// Search for the last keyframe of a path in a submap.
   struct Search {
     const MappedKeyframes& path;
     const ScanSubmap& submap;

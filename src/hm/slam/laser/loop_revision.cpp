@@ -13,29 +13,58 @@
 namespace hm {
 namespace {
 
-/// How much worse a contradicted point is than one that agrees is good, and by how many points a map must be
-/// better to be taken.
-constexpr double kContradictedWeight = 3, kLeastGain = 300;
+/// Weight of a contradicted point against one that agrees.
+constexpr double kContradictedWeight = 3;
 /// Share of contradicted points of a window of so many places on either side.
 constexpr double kContradicted = 0.25;
 constexpr std::size_t kBeside = 2;
-/// Keyframes around contradicted ones that are searched again, and those within which a loop leads there.
+/// Keyframes around contradicted ones that are searched again; a loop leads to a place when it ends so near.
 constexpr std::size_t kSearchAround = 3, kLeadsThere = 10;
 /// Hypotheses that are tried at a time, and in all.
 constexpr std::size_t kTrialsAtOnce = 8, kMostTrials = 16;
 
 using Loops = std::vector<PoseEdge2D>;
 
-std::size_t apart(std::size_t i, std::size_t j) { return i > j ? i - j : j - i; }
-
 struct Outcome {
   ScanGraph2D::State state;
   GraphAgreement agreement;
 };
 
-Outcome outcome_of(const ScanGraph2D& graph) { return {graph.state(), graph_agreement(graph)}; }
+/// By more than one place shows on average.
+bool is_better(const GraphAgreement& a, const GraphAgreement& b) {
+  return a.score > b.score + b.points_per_place;
+}
 
-bool is_better(const GraphAgreement& a, const GraphAgreement& b) { return a.score > b.score + kLeastGain; }
+ScanVisits visits_of(const ScanGraph2D& graph) {
+  ScanVisits visits;
+  for (const GraphKeyframe2D& keyframe : graph.keyframes())
+    visits.add(keyframe.scan, keyframe.T_odom_base, keyframe.height_m);
+  return visits;
+}
+
+GraphAgreement agreement_of(const ScanVisits& visits, const ScanGraph2D& graph) {
+  const std::vector<VisitAgreement> places = visits.compare(
+      [&](Time stamp, const SE2& T_odom_base) { return *graph.T_map_base(stamp, T_odom_base); });
+  const auto node_at = [keyframes = graph.keyframes()](Time stamp) {
+    const auto at = std::ranges::lower_bound(
+        keyframes, stamp, {}, [](const GraphKeyframe2D& keyframe) { return keyframe.scan.stamp; });
+    return static_cast<std::size_t>(at - keyframes.begin());
+  };
+  GraphAgreement result;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto agrees = static_cast<double>(places[i].agrees),
+               contradicted = static_cast<double>(places[i].seen_through);
+    result.score += agrees - kContradictedWeight * contradicted;
+    result.points_per_place += (agrees + contradicted) / static_cast<double>(places.size());
+    ScanAgreement window;
+    for (std::size_t j = i - std::min(i, kBeside); j < std::min(places.size(), i + kBeside + 1); ++j) {
+      window.agrees += places[j].agrees;
+      window.seen_through += places[j].seen_through;
+    }
+    if (window.contradicted_ratio() > kContradicted) result.contradicted.push_back(node_at(places[i].stamp));
+  }
+  return result;
+}
 
 /// The keyframes that are at most `reach` from one of these, in order.
 std::vector<std::size_t> around(std::span<const std::size_t> nodes, std::size_t reach, std::size_t size) {
@@ -49,38 +78,39 @@ std::vector<std::size_t> around(std::span<const std::size_t> nodes, std::size_t 
   return found;
 }
 
-/// Adds loops to the first group with a member near to the first of them, or else as a group of their own.
-template <class IsNear>
-void join(std::vector<Loops>& groups, const Loops& loops, const IsNear& is_near) {
-  const auto group = std::ranges::find_if(groups, [&](const Loops& members) {
-    return std::ranges::any_of(members,
-                               [&](const PoseEdge2D& member) { return is_near(member, loops.front()); });
-  });
+/// Adds loops to the first group that they belong to, or else as a group of their own.
+template <class Belong>
+void add_to(std::vector<Loops>& groups, const Loops& loops, const Belong& belong) {
+  const auto group =
+      std::ranges::find_if(groups, [&](const Loops& members) { return belong(members, loops); });
   if (group == groups.end())
     groups.push_back(loops);
   else
     group->insert(group->end(), loops.begin(), loops.end());
 }
 
-/// Loops that stand or fall together: those between the same two stretches of the path that say the same, and
-/// all of those that lead to the same earlier stretch.
+/// Groups of loops that are right or wrong together: those of one hypothesis, from keyframe to keyframe, and
+/// those of several that begin at the same stretch of the path.
 std::vector<Loops> hypotheses(const ScanGraph2D& graph) {
-  std::vector<Loops> groups, to_one;
+  std::vector<Loops> groups, of_stretches;
   for (const PoseEdge2D& edge : graph.graph().edges)
     if (edge.kind == PoseEdgeKind::kLoop)
-      join(groups, {edge}, [&](const PoseEdge2D& a, const PoseEdge2D& b) {
-        return same_hypothesis(a, b, graph.keyframes());
+      add_to(groups, {edge}, [&](const Loops& members, const Loops& loops) {
+        return std::ranges::any_of(members, [&](const PoseEdge2D& member) {
+          return same_hypothesis(member, loops.front(), graph.keyframes());
+        });
       });
-  for (const Loops& loops : groups)
-    join(to_one, loops,
-         [](const PoseEdge2D& a, const PoseEdge2D& b) { return apart(a.from, b.from) <= kReachOfAgreement; });
-  std::erase_if(to_one, [&](const Loops& loops) {
+  for (const Loops& group : groups)
+    add_to(of_stretches, group, [](const Loops& members, const Loops& loops) {
+      return keyframes_apart(members.front().from, loops.front().from) <= kReachOfAgreement;
+    });
+  std::erase_if(of_stretches, [&](const Loops& loops) {
     return std::ranges::any_of(groups, [&](const Loops& group) {
       return group.size() == loops.size() && group.front().from == loops.front().from &&
              group.front().to == loops.front().to;
     });
   });
-  std::ranges::move(to_one, std::back_inserter(groups));
+  std::ranges::move(of_stretches, std::back_inserter(groups));
   return groups;
 }
 
@@ -90,7 +120,8 @@ std::vector<Loops> suspects(const ScanGraph2D& graph, std::span<const std::size_
   for (Loops& loops : hypotheses(graph)) {
     const auto leads_there = [&](std::size_t node) {
       return std::ranges::any_of(loops, [&](const PoseEdge2D& loop) {
-        return apart(node, loop.from) <= kLeadsThere || apart(node, loop.to) <= kLeadsThere;
+        return keyframes_apart(node, loop.from) <= kLeadsThere ||
+               keyframes_apart(node, loop.to) <= kLeadsThere;
       });
     };
     const auto places = std::ranges::count_if(contradicted, leads_there);
@@ -102,78 +133,72 @@ std::vector<Loops> suspects(const ScanGraph2D& graph, std::span<const std::size_
   return sorted;
 }
 
-/// The graph without a hypothesis, with other loops in its place where that alone is no better.
-Outcome without(ScanGraph2D& graph, const Outcome& now, const Loops& loops) {
-  graph.restore(now.state);
-  graph.take_out(loops);
-  graph.optimise();
-  Outcome then = outcome_of(graph);
-  if (is_better(then.agreement, now.agreement)) return then;
-  std::vector<std::size_t> nodes = then.agreement.contradicted;
-  for (const PoseEdge2D& loop : loops) nodes.push_back(loop.to);
-  if (graph.search_again(around(nodes, kSearchAround, graph.size()), loops) == 0) return then;
-  graph.optimise();
-  return outcome_of(graph);
-}
+/// Revises the loops of one graph.
+class Revision {
+ public:
+  explicit Revision(ScanGraph2D& graph) : graph_(graph), visits_(visits_of(graph)), now_(judged()) {}
 
-Outcome searched_again(ScanGraph2D& graph, const Outcome& now) {
-  if (graph.search_again(around(now.agreement.contradicted, kSearchAround, graph.size())) == 0) return now;
-  graph.optimise();
-  return outcome_of(graph);
-}
+  LoopRevision run() {
+    for (bool changed = true; changed && !now_.agreement.contradicted.empty();) {
+      const std::size_t before = result_.changes;
+      keep_if_better(with_repeated_search());
+      std::optional<Outcome> best;
+      std::vector<Loops> tried = suspects(graph_, now_.agreement.contradicted);
+      tried.resize(std::min({tried.size(), kTrialsAtOnce, kMostTrials - result_.trials}));
+      for (const Loops& loops : tried) {
+        ++result_.trials;
+        if (Outcome then = without(loops); !best || then.agreement.score > best->agreement.score)
+          best = std::move(then);
+      }
+      if (best) keep_if_better(std::move(*best));
+      changed = result_.changes > before;
+    }
+    return result_;
+  }
+
+ private:
+  [[nodiscard]] Outcome judged() const { return {graph_.state(), agreement_of(visits_, graph_)}; }
+
+  /// Leaves the graph in the better of both states.
+  void keep_if_better(Outcome&& then) {
+    if (is_better(then.agreement, now_.agreement)) {
+      now_ = std::move(then);
+      ++result_.changes;
+    }
+    graph_.restore(now_.state);
+  }
+
+  Outcome with_repeated_search() {
+    if (graph_.search_again(around(now_.agreement.contradicted, kSearchAround, graph_.size())) == 0)
+      return now_;
+    graph_.optimise();
+    return judged();
+  }
+
+  /// Without a hypothesis, or with other loops in its place where that is better.
+  Outcome without(const Loops& loops) {
+    graph_.restore(now_.state);
+    graph_.take_out(loops);
+    graph_.optimise();
+    Outcome alone = judged();
+    std::vector<std::size_t> nodes = alone.agreement.contradicted;
+    for (const PoseEdge2D& loop : loops) nodes.push_back(loop.to);
+    if (graph_.search_again(around(nodes, kSearchAround, graph_.size()), loops) == 0) return alone;
+    graph_.optimise();
+    Outcome replaced = judged();
+    return replaced.agreement.score > alone.agreement.score ? replaced : alone;
+  }
+
+  ScanGraph2D& graph_;
+  ScanVisits visits_;
+  Outcome now_;
+  LoopRevision result_;
+};
 
 }  // namespace
 
-GraphAgreement graph_agreement(const ScanGraph2D& graph) {
-  ScanVisits visits;
-  std::vector<Time> stamps;
-  for (std::size_t node = 0; node < graph.size(); ++node) {
-    visits.add(graph.keyframe(node).scan, graph.keyframe(node).T_odom_base, 0);
-    stamps.push_back(graph.keyframe(node).scan.stamp);
-  }
-  const std::vector<VisitAgreement> places = visits.compare(
-      [&](Time stamp, const SE2& T_odom_base) { return *graph.T_map_base(stamp, T_odom_base); });
-  GraphAgreement result;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    result.score += static_cast<double>(places[i].agrees) -
-                    kContradictedWeight * static_cast<double>(places[i].seen_through);
-    ScanAgreement window;
-    for (std::size_t j = i - std::min(i, kBeside); j < std::min(places.size(), i + kBeside + 1); ++j) {
-      window.agrees += places[j].agrees;
-      window.seen_through += places[j].seen_through;
-    }
-    if (window.contradicted_ratio() > kContradicted)
-      result.contradicted.push_back(
-          static_cast<std::size_t>(std::ranges::lower_bound(stamps, places[i].stamp) - stamps.begin()));
-  }
-  return result;
-}
+GraphAgreement graph_agreement(const ScanGraph2D& graph) { return agreement_of(visits_of(graph), graph); }
 
-LoopRevision revise_loops(ScanGraph2D& graph) {
-  LoopRevision revision;
-  Outcome now = outcome_of(graph);
-  const auto keep = [&](Outcome&& then) {
-    now = std::move(then);
-    ++revision.changes;
-  };
-  for (bool changed = true; changed && !now.agreement.contradicted.empty();) {
-    const std::size_t before = revision.changes;
-    if (Outcome then = searched_again(graph, now); is_better(then.agreement, now.agreement))
-      keep(std::move(then));
-    graph.restore(now.state);
-    std::optional<Outcome> best;
-    std::vector<Loops> tried = suspects(graph, now.agreement.contradicted);
-    tried.resize(std::min({tried.size(), kTrialsAtOnce, kMostTrials - revision.trials}));
-    for (const Loops& loops : tried) {
-      ++revision.trials;
-      Outcome then = without(graph, now, loops);
-      if (is_better(then.agreement, best ? best->agreement : now.agreement)) best = std::move(then);
-    }
-    if (best) keep(std::move(*best));
-    graph.restore(now.state);
-    changed = revision.changes > before;
-  }
-  return revision;
-}
+LoopRevision revise_loops(ScanGraph2D& graph) { return Revision(graph).run(); }
 
 }  // namespace hm

@@ -6,29 +6,32 @@
 
 namespace hm {
 
-/// How well the scans of different visits agree as a graph places them.
+/// Agreement of the scans of different visits, at the poses of a graph.
 struct GraphAgreement {
-  /// Points that agree, less three times those that stand in the free space of another visit: a map that is
-  /// torn has no contradictions left, but little that agrees.
+  /// Points that agree, less three times those that stand in the free space of another visit. Not their
+  /// share: a torn map has no contradictions, but also little that agrees.
   double score = 0;
-  /// Keyframes around which more than a quarter of what both visits show is contradicted, in order.
+  double points_per_place = 0;  ///< compared at a keyframe, mean
+  /// Keyframes around which more than a quarter of the points compared is contradicted, in order.
   std::vector<std::size_t> contradicted;
 };
 GraphAgreement graph_agreement(const ScanGraph2D& graph);
 
 struct LoopRevision {
-  std::size_t trials = 0;   ///< groups of loops that were left out to see
+  std::size_t trials = 0;   ///< hypotheses that were left out on trial
   std::size_t changes = 0;  ///< kept, since the map agrees better with itself
 };
 
-/// Revises the loops of an optimised graph where its map contradicts itself: when a drive has ended, what
-/// came after a loop speaks for or against it, too, and drift is known better than it was. Keyframes at such
-/// places are searched again; and each group of loops that leads there is one hypothesis, which is left out
-/// for a while, searching for other loops instead (compare Latif et al., "Robust loop closing over time for
-/// pose graph SLAM", IJRR 2013, which judges groups by their residuals: between rooms that look alike those
-/// are small). Of all hypotheses the one with the best score is kept, and so on until none raises it. Without
-/// contradictions nothing is tried. Cost: at most 16 trials, each of one or two optimisations and a search at
-/// the places in question.
+/// Revises the loops of an optimised graph where its map contradicts itself: at the end of a drive, what was
+/// seen after a loop can contradict it, and drift is better known than when the loop was searched for.
+/// Keyframes at such places are searched again; and each group of loops that leads there is a hypothesis that
+/// is left out on trial, alone and with other loops found in its place. The change with the best score is
+/// kept, and so on until none raises it by what one place shows, or after 16 trials. (Latif et al., "Robust
+/// loop closing over time for pose graph SLAM", IJRR 2013, judge such groups by their residuals; between
+/// rooms that look alike those are small.) Without contradictions nothing is tried.
+///
+/// Cost: of a trial two optimisations and a search for the keyframes at the places in question, a second or
+/// two in a drive of two hours.
 LoopRevision revise_loops(ScanGraph2D& graph);
 
 }  // namespace hm

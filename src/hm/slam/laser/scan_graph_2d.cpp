@@ -7,9 +7,7 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
-#include "hm/core/statistics.hpp"
 #include "hm/geometry/planar_covariance.hpp"
-#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/slam/laser/loop_consistency.hpp"
 
 namespace hm {
@@ -25,8 +23,10 @@ constexpr double kAloneCorrection_m = 0.5;
 /// needs no other one, if none that disagrees waits. Nor does it need to hold the direction along a corridor,
 /// if it moves across it by less than half a corridor's width: by more it might be the one beside it.
 constexpr double kContradictedAsItIs = 0.5, kMostAcross_m = 1.2;
-/// Least half width of the window of a search that is made again.
-constexpr double kAgain_m = 1.5;
+/// Minimum half width of the window of a repeated search.
+constexpr double kMinRepeatedWindow_m = 1.5;
+/// After a loop with a larger correction the graph is optimised before the next search.
+constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -53,6 +53,10 @@ SE2 between(const SE2& a, const SE2& b, double fraction) {
 
 }  // namespace
 
+bool ScanGraphStep::corrects_much() const {
+  return largest_correction_m > kLargeCorrection_m || largest_turn_rad > kLargeTurn_rad;
+}
+
 ScanGraph2D::ScanGraph2D(const ScanGraph2DParams& params) : params_(params), finder_(params) {}
 
 ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
@@ -69,9 +73,9 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
     submaps_.push_back({step.node, step.node});
   ++submaps_.back().end;
   add_odometry_edge();
-  std::erase_if(waiting_, [&](const PoseEdge2D& loop) { return loop.to + kReachOfAgreement < step.node; });
+  forget_waiting_before(step.node);
   if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
-  for (const Candidate& candidate : loop_candidates(step.node))
+  for (const Candidate& candidate : loop_candidates(step.node, SearchKind::kFirst))
     step.attempts.push_back(try_loop(step.node, candidate, step));
   return step;
 }
@@ -125,14 +129,14 @@ SearchWindow ScanGraph2D::window_of(std::size_t node, const ScanSubmap& submap,
   return window;
 }
 
-std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t node,
-                                                                 double least_window_m) const {
+std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t node, SearchKind kind) const {
   std::vector<Candidate> candidates;
   if (params_.kMaxSubmapsTried == 0 || submaps_.size() < 2) return candidates;
   std::vector<std::size_t> anchors;
   for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
     const ScanSubmap& submap = submaps_[s];
     if (submap.end + static_cast<std::size_t>(params_.kMinKeyframesApart) > node + 1) break;
+    if (kind == SearchKind::kRepeated && has_loop_to(node, submap)) continue;
     const double distance_m = apartness(node, submap);
     if (distance_m > params_.kMaxLoopDistance_m + params_.max_window_m) continue;
     candidates.push_back({s, distance_m, {}});
@@ -143,10 +147,12 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t nod
   const std::vector<PathUncertainty2D::Seen> seen = paths_.seen_from(graph_, node, anchors);
   for (std::size_t i = 0; i < candidates.size(); ++i)
     candidates[i].window = window_of(node, submaps_[candidates[i].submap], seen[i]);
-  for (Candidate& candidate : candidates) {
-    candidate.window.half_x_m = std::max(candidate.window.half_x_m, least_window_m);
-    candidate.window.half_y_m = std::max(candidate.window.half_y_m, least_window_m);
-  }
+  if (kind == SearchKind::kRepeated)
+    for (auto& [submap, distance_m, window] : candidates) {
+      const double least_m = std::min(kMinRepeatedWindow_m, params_.max_window_m);
+      window.half_x_m = std::max(window.half_x_m, least_m);
+      window.half_y_m = std::max(window.half_y_m, least_m);
+    }
   std::erase_if(candidates, [this](const Candidate& candidate) {
     const SearchWindow& window = candidate.window;
     return candidate.distance_m > params_.kMaxLoopDistance_m + std::max(window.half_x_m, window.half_y_m);
@@ -157,15 +163,15 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates(std::size_t nod
 }
 
 LoopAttempt ScanGraph2D::try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step,
-                                  std::span<const PoseEdge2D> barred) {
+                                  std::span<const PoseEdge2D> excluded) {
   const FoundLoop found =
       finder_.find(path_to(node), submaps_[candidate.submap], candidate.window, step.loops_accepted == 0);
   LoopAttempt attempt{candidate.submap, found.outcome, found.score, found.window};
   if (found.match) {
     const PoseEdge2D edge = loop_edge(node, *found.match);
-    const bool is_barred = std::ranges::any_of(
-        barred, [&](const PoseEdge2D& loop) { return same_hypothesis(edge, loop, keyframes_); });
-    attempt.outcome = is_barred ? LoopOutcome::kNotVerified : accept(edge, step);
+    const bool is_excluded = std::ranges::any_of(
+        excluded, [&](const PoseEdge2D& loop) { return same_hypothesis(edge, loop, keyframes_); });
+    attempt.outcome = is_excluded ? LoopOutcome::kNotVerified : accept(edge, step);
   }
   count(attempt.outcome);
   return attempt;
@@ -256,26 +262,32 @@ void ScanGraph2D::take_out(std::span<const PoseEdge2D> loops) {
   }
 }
 
-bool ScanGraph2D::is_joined(std::size_t node, const ScanSubmap& submap) const {
+bool ScanGraph2D::has_loop_to(std::size_t node, const ScanSubmap& submap) const {
   return std::ranges::any_of(graph_.edges, [&](const PoseEdge2D& edge) {
     return edge.kind == PoseEdgeKind::kLoop && edge.to == node && edge.from >= submap.first &&
            edge.from < submap.end;
   });
 }
 
-int ScanGraph2D::search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> barred) {
+int ScanGraph2D::search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded) {
   int accepted = 0;
-  waiting_.clear();
+  std::vector<PoseEdge2D> of_newest = std::exchange(waiting_, {});
   for (const std::size_t node : nodes) {
     if (keyframes_[node].scan.size() < static_cast<std::size_t>(params_.kMinPoints)) continue;
+    forget_waiting_before(node);
     ScanGraphStep step;
-    for (const Candidate& candidate : loop_candidates(node, kAgain_m))
-      if (!is_joined(node, submaps_[candidate.submap])) try_loop(node, candidate, step, barred);
+    for (const Candidate& candidate : loop_candidates(node, SearchKind::kRepeated))
+      try_loop(node, candidate, step, excluded);
     accepted += step.loops_accepted;
     if (step.corrects_much()) optimise();
   }
-  waiting_.clear();
+  waiting_ = std::move(of_newest);
   return accepted;
+}
+
+/// Loops of keyframes that are too far from this one to agree with its loops wait no longer.
+void ScanGraph2D::forget_waiting_before(std::size_t node) {
+  std::erase_if(waiting_, [&](const PoseEdge2D& loop) { return loop.to + kReachOfAgreement < node; });
 }
 
 bool ScanGraph2D::take_out_contradictions(GraphPart<PoseGraph2D>& part) {

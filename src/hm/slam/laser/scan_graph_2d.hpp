@@ -6,7 +6,6 @@
 
 #include "hm/geometry/pose_graph_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
-#include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/loop_finder.hpp"
 #include "hm/slam/laser/search/correlative_search.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
@@ -30,7 +29,7 @@ struct ScanGraphStep {
   double largest_turn_rad = 0;      ///< the same of the heading
   /// Whether the graph should be optimised before the next search: that is around the graph's estimate, in a
   /// window as narrow as these loops have made its uncertainty.
-  [[nodiscard]] bool corrects_much() const { return largest_correction_m > 0.3 || largest_turn_rad > 0.04; }
+  [[nodiscard]] bool corrects_much() const;
 };
 
 /// Numbers of loop searches by outcome; `candidates` is the sum of the six after it.
@@ -60,7 +59,7 @@ class ScanGraph2D {
   /// are inconsistent with the rest. The first keyframe is fixed.
   PoseGraphSolution optimise(std::size_t first = 0);
 
-  /// What loops and optimisation change of a graph.
+  /// Poses, loops and statistics, without the keyframes.
   struct State {
     PoseGraph2D graph;
     PathUncertainty2D paths;
@@ -71,16 +70,18 @@ class ScanGraph2D {
   void restore(const State& state);
   /// Takes out the loops between the nodes of these edges, and counts them as removed.
   void take_out(std::span<const PoseEdge2D> loops);
-  /// Searches for loops of keyframes anew, in increasing order, around where the graph has them now, in
-  /// windows of half 1.5 m at least; submaps to which a loop leads already are left out, and so are loops
-  /// like the `barred` ones. Optimises after large corrections. Returns the number of loops accepted.
-  int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> barred = {});
+  ///   /// Repeats the search for loops of keyframes (in increasing order) around their poses in the graph,
+  ///   in
+  /// windows of at least 1.5 m to either side and in submaps to which no loop of the keyframe leads. Loops of
+  /// the same hypothesis as an excluded one are not accepted. Optimises the whole graph after each keyframe
+  /// whose loops correct much. Returns the number of loops accepted.
+  int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded = {});
 
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
   [[nodiscard]] std::span<const GraphKeyframe2D> keyframes() const { return keyframes_; }
   [[nodiscard]] const PoseGraph2D& graph() const { return graph_; }
-  /// Correction at the last keyframe; changed by optimise() only. Identity without keyframes.
+  /// Correction at the last keyframe; not changed by add_keyframe(). Identity without keyframes.
   [[nodiscard]] SE2 T_map_odom() const;
   /// Corrected pose of the base at a time when odometry gave T_odom_base, interpolated between the
   /// corrections of the keyframes before and after it. Nothing without keyframes.
@@ -90,20 +91,22 @@ class ScanGraph2D {
   [[nodiscard]] const ScanGraphStatistics& statistics() const { return statistics_; }
 
  private:
+  enum class SearchKind { kFirst, kRepeated };
   struct Candidate {
     std::size_t submap;
     double distance_m;
     SearchWindow window;
   };
   void add_odometry_edge();
-  [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node, double least_window_m = 0) const;
-  [[nodiscard]] bool is_joined(std::size_t node, const ScanSubmap& submap) const;
+  [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node, SearchKind kind) const;
+  [[nodiscard]] bool has_loop_to(std::size_t node, const ScanSubmap& submap) const;
   [[nodiscard]] PoseEdge2D loop_edge(std::size_t node, const LoopMatch& match) const;
   [[nodiscard]] SearchWindow window_of(std::size_t node, const ScanSubmap& submap,
                                        const PathUncertainty2D::Seen& seen) const;
   [[nodiscard]] double apartness(std::size_t node, const ScanSubmap& submap) const;
   LoopAttempt try_loop(std::size_t node, const Candidate& candidate, ScanGraphStep& step,
-                       std::span<const PoseEdge2D> barred = {});
+                       std::span<const PoseEdge2D> excluded = {});
+  void forget_waiting_before(std::size_t node);
   LoopOutcome accept(const PoseEdge2D& edge, ScanGraphStep& step);
   /// The path up to a node, as if it were the newest.
   [[nodiscard]] MappedKeyframes path_to(std::size_t node) const {

@@ -21,6 +21,7 @@ struct GraphKeyframe2D {
   Mat3 covariance = Mat3::Zero();
   /// The same of what wheels measured, where they measured all of it.
   std::optional<Mat3> wheel_covariance = {};
+  double height_m = 0;  ///< of the vehicle: scans at other heights show other things
 };
 
 /// Consecutive keyframes that are searched together for loops. They keep their relative odometry poses, whose

@@ -106,6 +106,8 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
   v({"alone", "no other loop agrees"}, loops.alone);
   v({"removed", "removed again: contradicted by others"}, loops.removed);
+  v({"revision_trials", "hypotheses left out on trial"}, map.revision.trials);
+  v({"revised", "revised: the map agrees better with itself"}, map.revision.changes);
   v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
 }
 
@@ -142,6 +144,7 @@ MapFrameSummary summarise_map_frame(const LaserMapFrame& frame) {
   if (const LaserLoopCloser* loops = frame.loops()) {
     summary.nodes = loops->graph().size();
     summary.solutions = static_cast<std::size_t>(loops->solutions());
+    summary.revision = loops->revision();
     summary.loops = loops->graph().statistics();
   }
   return summary;

@@ -69,6 +69,7 @@ struct MapFrameSummary {
   std::optional<MvogSize> mvog_odom;     ///< of the map in `odom`, before it was made anew
   std::size_t nodes = 0, solutions = 0;  ///< of the graph; how often it was solved
   ScanGraphStatistics loops;
+  LoopRevision revision;                   ///< of the loops, at the end
   std::optional<std::size_t> wrong_loops;  ///< of those closed, where the recording has the truth
   std::optional<LocalisationSummary> localisation;
 };
