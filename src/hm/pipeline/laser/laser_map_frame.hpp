@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "hm/core/result.hpp"
@@ -49,8 +50,8 @@ class LaserMapFrame {
 
   /// Takes the scan, its odometry and the height of the vehicle into account.
   MapFrameStep process(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
-  /// Solves the graph a last time.
-  void finish();
+  /// LaserLoopCloser::finish().
+  void finish(const std::stop_token& stop = {});
 
   [[nodiscard]] MapFrameSource source() const;
   /// Null unless loops are closed.

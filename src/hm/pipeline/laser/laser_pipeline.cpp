@@ -412,9 +412,9 @@ void LaserPipeline::add_scan(LaserScan scan, std::size_t laser) {
   state_->process_waiting(false);
 }
 
-void LaserPipeline::finish() {
+void LaserPipeline::finish(const std::stop_token& stop) {
   state_->process_waiting(true);
-  state_->map_frame.finish();
+  state_->map_frame.finish(stop);
 }
 std::vector<LaserStep> LaserPipeline::take_steps() { return std::exchange(state_->steps, {}); }
 bool LaserPipeline::matches_scans() const { return state_->matches_scans; }

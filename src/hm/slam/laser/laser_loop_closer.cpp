@@ -20,9 +20,9 @@ PoseGraphSolution LaserLoopCloser::solve(bool whole) {
   return graph_.optimise(window_.next(graph_.size(), whole));
 }
 
-PoseGraphSolution LaserLoopCloser::finish() {
+PoseGraphSolution LaserLoopCloser::finish(const std::stop_token& stop) {
   const PoseGraphSolution solution = solve(true);
-  revision_ = revise_loops(graph_);
+  revision_ = revise_loops(graph_, stop);
   return revision_.changes == 0 ? solution : solve(true);
 }
 

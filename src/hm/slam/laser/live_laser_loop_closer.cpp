@@ -58,9 +58,9 @@ const LaserLoopCloser& LiveLaserLoopCloser::settled() const {
   return impl_->closer;
 }
 
-PoseGraphSolution LiveLaserLoopCloser::finish() {
+PoseGraphSolution LiveLaserLoopCloser::finish(const std::stop_token& stop) {
   impl_->wait();
-  const PoseGraphSolution solution = impl_->closer.finish();
+  const PoseGraphSolution solution = impl_->closer.finish(stop);
   impl_->publish();
   return solution;
 }

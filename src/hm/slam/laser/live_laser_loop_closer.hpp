@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <stop_token>
 
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
@@ -32,7 +33,7 @@ class LiveLaserLoopCloser {
   /// Waits until all keyframes are processed. Valid until the next add().
   [[nodiscard]] const LaserLoopCloser& settled() const;
   /// Waits likewise, then as LaserLoopCloser::finish().
-  PoseGraphSolution finish();
+  PoseGraphSolution finish(const std::stop_token& stop = {});
 
  private:
   struct Impl;

@@ -136,16 +136,18 @@ std::vector<Loops> suspects(const ScanGraph2D& graph, std::span<const std::size_
 /// Revises the loops of one graph.
 class Revision {
  public:
-  explicit Revision(ScanGraph2D& graph) : graph_(graph), visits_(visits_of(graph)), now_(judged()) {}
+  Revision(ScanGraph2D& graph, std::stop_token stop)
+      : graph_(graph), stop_(std::move(stop)), visits_(visits_of(graph)), now_(judged()) {}
 
   LoopRevision run() {
-    for (bool changed = true; changed && !now_.agreement.contradicted.empty();) {
+    for (bool changed = true; changed && !now_.agreement.contradicted.empty() && !stop_.stop_requested();) {
       const std::size_t before = result_.changes;
       keep_if_better(with_repeated_search());
       std::optional<Outcome> best;
       std::vector<Loops> tried = suspects(graph_, now_.agreement.contradicted);
       tried.resize(std::min({tried.size(), kTrialsAtOnce, kMostTrials - result_.trials}));
       for (const Loops& loops : tried) {
+        if (stop_.stop_requested()) break;
         ++result_.trials;
         if (Outcome then = without(loops); !best || then.agreement.score > best->agreement.score)
           best = std::move(then);
@@ -190,6 +192,7 @@ class Revision {
   }
 
   ScanGraph2D& graph_;
+  std::stop_token stop_;
   ScanVisits visits_;
   Outcome now_;
   LoopRevision result_;
@@ -199,6 +202,8 @@ class Revision {
 
 GraphAgreement graph_agreement(const ScanGraph2D& graph) { return agreement_of(visits_of(graph), graph); }
 
-LoopRevision revise_loops(ScanGraph2D& graph) { return Revision(graph).run(); }
+LoopRevision revise_loops(ScanGraph2D& graph, const std::stop_token& stop) {
+  return Revision(graph, stop).run();
+}
 
 }  // namespace hm

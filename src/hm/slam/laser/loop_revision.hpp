@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <stop_token>
 #include <vector>
 
 #include "hm/slam/laser/scan_graph_2d.hpp"
@@ -31,7 +32,7 @@ struct LoopRevision {
 /// rooms that look alike those are small.) Without contradictions nothing is tried.
 ///
 /// Cost: of a trial two optimisations and a search for the keyframes at the places in question, a second or
-/// two in a drive of two hours.
-LoopRevision revise_loops(ScanGraph2D& graph);
+/// two in a drive of two hours; none begins once `stop` is requested.
+LoopRevision revise_loops(ScanGraph2D& graph, const std::stop_token& stop = {});
 
 }  // namespace hm

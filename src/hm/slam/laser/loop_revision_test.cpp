@@ -192,6 +192,16 @@ TEST(LoopRevision, HasNothingToDoInGraphsWithoutASecondVisit) {
   EXPECT_EQ(graph.size(), 1U);
 }
 
+TEST_F(LoopRevisionTest, EndsWhenStopped) {
+  graph_.take_out(loops_of(graph_));
+  add(wrong_loops(102, 12, {0, 1.2}));
+  const PoseGraph2D before = graph_.graph();
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(revise_loops(graph_, stop.get_token()).trials, 0U);
+  EXPECT_EQ(graph_.graph().edges.size(), before.edges.size());
+}
+
 /// A drive goes on after its loops were revised, as if they had not been.
 TEST(LoopRevision, MoreKeyframesCanBeAdded) {
   const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser);

@@ -70,8 +70,7 @@ class ScanGraph2D {
   void restore(const State& state);
   /// Takes out the loops between the nodes of these edges, and counts them as removed.
   void take_out(std::span<const PoseEdge2D> loops);
-  ///   /// Repeats the search for loops of keyframes (in increasing order) around their poses in the graph,
-  ///   in
+  /// Repeats the search for loops of keyframes (in increasing order) around their poses in the graph, in
   /// windows of at least 1.5 m to either side and in submaps to which no loop of the keyframe leads. Loops of
   /// the same hypothesis as an excluded one are not accepted. Optimises the whole graph after each keyframe
   /// whose loops correct much. Returns the number of loops accepted.

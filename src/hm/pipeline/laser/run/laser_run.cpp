@@ -197,7 +197,9 @@ Result<void> Run::process_all() {
     collect();
     if (const auto written = mapped_.written(); !written) return as_run_failure(written);
   }
-  pipeline_.finish();
+  if (options_.run.progress && pipeline_.map_frame().source() == MapFrameSource::kLoops)
+    options_.run.progress({"closing loops", 0, 0, {}});
+  pipeline_.finish(options_.run.stop);
   collect();
   return as_run_failure(tables_.finish());
 }
