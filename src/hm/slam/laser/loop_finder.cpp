@@ -180,7 +180,7 @@ bool LoopFinder::confirms(const ScanMatch& match, const SE2& guess, double point
          static_cast<double>(match.pairs) >= params_.kVerifyMinPairsRatio * points;
 }
 
-/// Pose of the newest keyframe relative to the submap's nearest one, if PL-ICP confirms the search's match
+/// Pose of the last keyframe relative to the submap's nearest one, if PL-ICP confirms the search's match
 /// with what the submap's scans together show there, and if nothing of it contradicts them.
 std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T_anchor_base) {
   const std::span<const GraphKeyframe2D> keyframes = search.path.keyframes;

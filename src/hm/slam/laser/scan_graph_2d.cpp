@@ -16,7 +16,7 @@ namespace {
 /// Standard deviation of odometry's motion in directions that the matcher does not determine.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
-/// A loop that moves the newest keyframe further needs another one that agrees: between places that look
+/// A loop that moves its keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
 /// Where the graph as it is lets so much of the trail contradict the way, a loop that makes both agree
