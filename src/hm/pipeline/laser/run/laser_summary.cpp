@@ -106,8 +106,10 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
   v({"alone", "no other loop agrees"}, loops.alone);
   v({"removed", "removed again: contradicted by others"}, loops.removed);
-  v({"revision_trials", "hypotheses left out on trial"}, map.revision.trials);
-  v({"revised", "revised: the map agrees better with itself"}, map.revision.changes);
+  const LoopRevision& revision = map.revision;
+  v({"revision_trials", "left out on trial at the end"}, revision.trials);
+  v.or_null({"revised", "changed at the end: the map agrees better with itself"},
+            revision.trials > 0 ? std::optional(revision.changes) : std::nullopt);
   v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
 }
 
@@ -247,7 +249,7 @@ namespace {
 std::string map_frame_text(const LaserSummary& summary, const SummaryTree& tree) {
   std::string text = tree.lines(
       {"loops     {loops.closed} of {loops.candidates|candidate} closed; {loops.nodes|node}, solved "
-       "{loops.solutions|time}",
+       "{loops.solutions|time}[, revised {loops.revised|time}]",
        "place     in {localisation.map}: {localisation.located} of {localisation.scans|scan} located[, "
        "first after {localisation.first_fix_s}], score {localisation.score.median} (median), against "
        "odometry "
