@@ -42,13 +42,13 @@ class ServeTest(ProgramTest):
             return answer.read()
 
     def test_a_run_is_watched_and_its_result_served(self):
-        self.simulate(frames=20)
+        self.simulate(frames=80)
         process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.05")
         viewer = self.view(port)
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished"))
         self.assertEqual(viewer.last["hello"]["source"]["verb"], "reconstruct")
         self.assertEqual(viewer.last["telemetry"]["verdict"]["verdict"], "ok")
-        self.assertEqual(viewer.last["statistics"]["counts"]["frames integrated"], 20)
+        self.assertEqual(viewer.last["statistics"]["counts"]["frames integrated"], 80)
         self.assertGreater(viewer.counts["pose"], 2)
         self.assertEqual(process.wait(timeout=60), 0)
         live = viewer.triangles()
