@@ -1,6 +1,7 @@
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
 namespace hm {
+
 std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step,
                                                   double height_m) {
   const auto keyframe = keyframes_.add(scan, step, height_m);

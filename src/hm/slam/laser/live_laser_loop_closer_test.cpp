@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
 #include <vector>
 
-#include "hm/laser/testing/planar_world.hpp"
+#include "hm/slam/laser/testing/drifting_drive.hpp"
 
 namespace hm {
 namespace {
@@ -18,22 +19,14 @@ struct OdometryOfScan {
 
 /// Once around an office's corridor and on, by an odometry that drifts.
 std::vector<OdometryOfScan> drifting_drive() {
-  const PlanarWorld world = office_world();
-  Rng rng(11);
   std::vector<OdometryOfScan> result;
-  SE2 T_odom_base = office_loop(0), T_world_last = office_loop(0);
-  for (double at_m = 0; at_m < 1.5 * kOfficeLoop_m; at_m += 0.5) {
-    const SE2 T_world_base = office_loop(at_m);
-    const SE2 motion = T_world_last.inverse() * T_world_base;
-    T_odom_base = T_odom_base * SE2(motion.translation(), motion.angle() + 0.004);
-    T_world_last = T_world_base;
-    OdometryOfScan next{planar_scan_of_world(world, T_world_base, {181, 4.71, 30, 0.01}, rng), {}};
-    next.scan.stamp = Time::from_seconds(10 + at_m);
+  for (GraphKeyframe2D& keyframe : drive(office_world(), two_rounds(), {181, 4.71, 30, 0.01}).keyframes) {
+    OdometryOfScan next{std::move(keyframe.scan), {}};
     next.step.status = OdometryStatus::kTracking;
-    next.step.T_odom_base = T_odom_base;
+    next.step.T_odom_base = keyframe.T_odom_base;
     next.step.T_keyframe_base = SE2();
     next.step.new_keyframe = true;
-    next.step.match.covariance = Vec3(1e-4, 1e-4, 2e-5).asDiagonal();
+    next.step.match.covariance = keyframe.covariance;
     result.push_back(std::move(next));
   }
   return result;

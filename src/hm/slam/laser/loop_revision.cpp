@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -78,39 +77,36 @@ std::vector<std::size_t> around(std::span<const std::size_t> nodes, std::size_t 
   return found;
 }
 
-/// Adds loops to the first group that they belong to, or else as a group of their own.
-template <class Belong>
-void add_to(std::vector<Loops>& groups, const Loops& loops, const Belong& belong) {
-  const auto group =
-      std::ranges::find_if(groups, [&](const Loops& members) { return belong(members, loops); });
+/// Adds an item to the first group that it belongs to, or else as a group of its own.
+template <class Item, class BelongsTo>
+void add_to(std::vector<std::vector<Item>>& groups, const Item& item, const BelongsTo& belongs_to) {
+  const auto group = std::ranges::find_if(groups, belongs_to);
   if (group == groups.end())
-    groups.push_back(loops);
+    groups.push_back({item});
   else
-    group->insert(group->end(), loops.begin(), loops.end());
+    group->push_back(item);
 }
 
 /// Groups of loops that are right or wrong together: those of one hypothesis, from keyframe to keyframe, and
 /// those of several that begin at the same stretch of the path.
 std::vector<Loops> hypotheses(const ScanGraph2D& graph) {
-  std::vector<Loops> groups, of_stretches;
+  std::vector<Loops> groups;
   for (const PoseEdge2D& edge : graph.graph().edges)
     if (edge.kind == PoseEdgeKind::kLoop)
-      add_to(groups, {edge}, [&](const Loops& members, const Loops& loops) {
-        return std::ranges::any_of(members, [&](const PoseEdge2D& member) {
-          return same_hypothesis(member, loops.front(), graph.keyframes());
-        });
+      add_to(groups, edge, [&](const Loops& group) {
+        return std::ranges::any_of(
+            group, [&](const PoseEdge2D& loop) { return same_hypothesis(loop, edge, graph.keyframes()); });
       });
+  std::vector<std::vector<Loops>> stretches;
   for (const Loops& group : groups)
-    add_to(of_stretches, group, [](const Loops& members, const Loops& loops) {
-      return keyframes_apart(members.front().from, loops.front().from) <= kReachOfAgreement;
+    add_to(stretches, group, [&](const std::vector<Loops>& stretch) {
+      return keyframes_apart(stretch.front().front().from, group.front().from) <= kReachOfAgreement;
     });
-  std::erase_if(of_stretches, [&](const Loops& loops) {
-    return std::ranges::any_of(groups, [&](const Loops& group) {
-      return group.size() == loops.size() && group.front().from == loops.front().from &&
-             group.front().to == loops.front().to;
-    });
-  });
-  std::ranges::move(of_stretches, std::back_inserter(groups));
+  for (const std::vector<Loops>& stretch : stretches) {
+    if (stretch.size() == 1) continue;
+    Loops& all = groups.emplace_back();
+    for (const Loops& group : stretch) all.insert(all.end(), group.begin(), group.end());
+  }
   return groups;
 }
 
