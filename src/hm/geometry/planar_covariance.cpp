@@ -1,5 +1,8 @@
 #include "hm/geometry/planar_covariance.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 namespace hm {
 
 Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
@@ -15,6 +18,16 @@ Mat3 turned_covariance(const Mat2& R_a_b, const Mat3& covariance_b) {
   Mat3 turn = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = R_a_b;
   return turn * covariance_b * turn.transpose();
+}
+
+/// By the eigenvalues of `a` in units of `b`, as an inverse of `a` would lose the digits of its small ones.
+Mat3 fused_covariance(const Mat3& a, const Mat3& b) {
+  const Mat3 unit = b.llt().matrixL();
+  const Mat3 inverse = unit.triangularView<Eigen::Lower>().solve(Mat3::Identity());
+  const Eigen::SelfAdjointEigenSolver<Mat3> in_units(inverse * a * inverse.transpose());
+  const Vec3 values = in_units.eigenvalues().cwiseMax(0);
+  const Mat3 axes = unit * in_units.eigenvectors();
+  return axes * (values.array() / (values.array() + 1)).matrix().asDiagonal() * axes.transpose();
 }
 
 }  // namespace hm

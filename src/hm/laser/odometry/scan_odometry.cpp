@@ -37,6 +37,8 @@ constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
 /// A match may differ so much from wheel odometry, in deviations of both; those of a match, besides its
 /// noise.
 constexpr double kMostWheelDeviations = 4, kMatchError_m = 0.03, kMatchError_rad = 0.01;
+/// A free direction is one along walls if it moves so much more than it turns.
+constexpr double kAlong = 0.9;
 /// Share of its points that a match must pair for wheels to confirm it.
 constexpr double kSurePairsRatio = 0.15;
 
@@ -230,15 +232,20 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
   const auto match_from = [&](const PredictedPose& pose) { step.match = match_once(scan, pose); };
   if (!prediction.find || !prediction.find_first) {
     match_from(predicted());
-    if (step.match.ok() && !prediction.find) return track(step);
+    if (step.match.ok() && !prediction.find) {
+      move_along_free_direction(scan, prediction, step);
+      return track(step);
+    }
     // Along a corridor the prediction counts: there must be one.
     const bool is_sure = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
                          !velocity_.velocity().isZero();
     if (fits(step.match) && agrees_with_wheels(step.match) &&
         (!prediction.confirms ||
          (is_sure && step.match.mean_error_m <= params_.kFindMaxError_m &&
-          prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed))))
+          prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed)))) {
+      move_along_free_direction(scan, prediction, step);
       return track(step);
+    }
   }
   if (!prediction.find) return lose(scan, step);
   step.searched = true;
@@ -257,6 +264,31 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
     if (match_as_wheels(scan, step)) return track(step);
   }
   accept_unconfirmed(scan, prediction, step);
+}
+
+/// Where walls leave the motion along them free, and only the last velocity predicts it, looks for the pose
+/// along them, and matches from there.
+void ScanOdometry::move_along_free_direction(const PlanarScan& scan, const MotionPrediction& prediction,
+                                             OdometryStep& step) {
+  const ScanMatch first = step.match;
+  if (!prediction.find_along || prediction.T_last_now || prediction.velocity_base || first.free.count != 1)
+    return;
+  const Vec2 direction = first.free.directions[0].head<2>();
+  if (direction.norm() < kAlong) return;
+  const Vec2 direction_odom = T_odom_keyframe_.rotation() * direction.normalized();
+  SE2 T_odom_base = T_odom_keyframe_ * *first.T_reference_sensed;
+  const auto found = prediction.find_along(scan, T_odom_base, direction_odom, unmatched_s_);
+  if (!found) return;
+  T_odom_base = SE2(T_odom_base.translation() + found->shift_m * direction_odom, T_odom_base.angle());
+  step.match = match_once(scan, {T_odom_base});
+  if (!fits(step.match)) {
+    step.match = match_once(scan, predicted());
+    return;
+  }
+  Mat3 elsewhere = kFreeDirectionVariance_m2 * Mat3::Identity();
+  elsewhere.topLeftCorner<2, 2>() += (found->sigma_m * found->sigma_m - kFreeDirectionVariance_m2) *
+                                     direction.normalized() * direction.normalized().transpose();
+  step.match.covariance = fused_covariance(step.match.covariance, elsewhere);
 }
 
 /// Neither the last scans nor the reference confirm a pose: odometry counts, or else the match, but as

@@ -85,6 +85,14 @@ using PoseFinder =
 /// Whether other data than the reference confirm the pose of a scan.
 using PoseJudge = std::function<bool(const PlanarScan& scan, const SE2& T_odom_base)>;
 
+/// How far a scan lies from a pose along a direction, a unit vector in `odom`; nothing if that cannot be
+/// told.
+struct FoundShift {
+  double shift_m = 0, sigma_m = 0;
+};
+using ShiftFinder = std::function<std::optional<FoundShift>(const PlanarScan& scan, const SE2& T_odom_base,
+                                                            const Vec2& direction_odom, double elapsed_s)>;
+
 /// Prediction of the motion since the last processed scan, from other sources. Precedence for each component:
 /// yaw_change_rad, odometry, velocity, the estimator's own velocity, none.
 struct MotionPrediction {
@@ -96,6 +104,9 @@ struct MotionPrediction {
   PoseFinder find = {};
   PoseJudge confirms = {};  ///< judges matches; needs `find`
   bool find_first = false;
+  /// Called where matching leaves a direction free along which nothing but the estimator's own velocity
+  /// predicts the motion.
+  ShiftFinder find_along = {};
 };
 
 enum class OdometryStatus {
@@ -171,6 +182,8 @@ class ScanOdometry {
   void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   void accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   [[nodiscard]] bool fits(const ScanMatch& match) const;
+  void move_along_free_direction(const PlanarScan& scan, const MotionPrediction& prediction,
+                                 OdometryStep& step);
   void track(OdometryStep& step);
   void adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step);
   void conclude(const SE2& T_odom_base);

@@ -8,6 +8,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/pipeline/laser/laser_motion.hpp"
+#include "hm/slam/laser/free_direction_search.hpp"
 #include "hm/slam/laser/motion_search.hpp"
 
 namespace hm {
@@ -113,6 +114,7 @@ struct LaserPipeline::State {
   ScanProjector projector;
   ScanOdometry odometry;
   MotionSearch search;
+  FreeDirectionSearch along;  ///< of corridors
   std::optional<Time> last_match;
   int scans_without_velocity = 0;  // so many more
   LaserMapFrame map_frame;
@@ -298,6 +300,10 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
     prediction.confirms = [this](const PlanarScan& scan, const SE2& T_odom_base) {
       return search.agrees(scan, T_odom_base);
     };
+  prediction.find_along = [this](const PlanarScan& scan, const SE2& T_odom_base, const Vec2& direction_odom,
+                                 double since_s) {
+    return along.find(scan, T_odom_base, direction_odom, since_s);
+  };
   // A vehicle may do anything between scans that far apart. Where it may have moved on by more than the
   // matcher corrects, a velocity must first be learned.
   if (long_gap || !last_match) scans_without_velocity = kScansForVelocity;
@@ -316,8 +322,12 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
     if (params.run.search_motion) {
       // Odometry took the place of a match: by its error, the scans before lie elsewhere. Good matches of the
       // next scans with this one would not agree with them.
-      if (!step.odometry.confirmed && step.odometry.status == OdometryStatus::kFound) search.clear();
+      if (!step.odometry.confirmed && step.odometry.status == OdometryStatus::kFound) {
+        search.clear();
+        along.clear();
+      }
       search.add(scan, *step.odometry.T_odom_base);
+      along.add(scan, *step.odometry.T_odom_base);
     }
   }
   step.match_ms = watch.milliseconds();

@@ -7,12 +7,17 @@
 namespace hm {
 namespace {
 
+/// A match leaves no direction freer than this: the free directions of two matches differ by a little, and a
+/// sum of unbounded ones would leave the heading free too.
+constexpr double kMostFree_m = 0.5, kMostFree_rad = 0.5;
+
 /// Covariance of a step's match along the axes of `odom`.
 Mat3 match_in_odom(const OdometryStep& step) {
   const bool matched = step.status == OdometryStatus::kTracking || step.status == OdometryStatus::kFound;
   if (!matched || !step.T_keyframe_base) return Mat3::Zero();
   const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
-  return turned_covariance(T_odom_keyframe.rotation(), step.match.covariance);
+  const Mat3 bound = Vec3(kMostFree_m, kMostFree_m, kMostFree_rad).cwiseAbs2().asDiagonal();
+  return turned_covariance(T_odom_keyframe.rotation(), fused_covariance(step.match.covariance, bound));
 }
 
 }  // namespace

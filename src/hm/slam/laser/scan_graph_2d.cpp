@@ -30,14 +30,11 @@ constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
-/// Combines a matcher's covariance with that of the wheels, or else with a weak prior on odometry's motion,
-/// for unobservable directions.
-Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance, const std::optional<Mat3>& wheels) {
-  if (wheels) return (covariance.inverse() + wheels->inverse()).inverse();
+/// Covariance of a motion of odometry that nothing measured, only the motion before predicts.
+Mat3 motion_prior(const SE2& motion) {
   const double sigma_m = kMotionSigma_m + kMotionSigmaRatio * motion.translation().norm();
   const double sigma_rad = kMotionSigma_rad + kMotionSigmaRatio * std::abs(motion.angle());
-  const Vec3 information(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad));
-  return (covariance.inverse() + Mat3(information.asDiagonal())).inverse();
+  return Vec3(sigma_m, sigma_m, sigma_rad).cwiseAbs2().asDiagonal();
 }
 
 /// Matcher covariance, scaled and increased by the errors that it does not include.
@@ -87,8 +84,8 @@ void ScanGraph2D::add_odometry_edge() {
     return;
   }
   const SE2 motion = keyframes_[node - 1].T_odom_base.inverse() * keyframes_[node].T_odom_base;
-  const Mat3 covariance = with_motion_prior(motion, honest_covariance(keyframes_[node].covariance, params_),
-                                            keyframes_[node].wheel_covariance);
+  const Mat3 covariance = fused_covariance(honest_covariance(keyframes_[node].covariance, params_),
+                                           keyframes_[node].wheel_covariance.value_or(motion_prior(motion)));
   graph_.T_map_node.push_back(graph_.T_map_node.back() * motion);
   graph_.edges.push_back(
       {node - 1, node, motion, edge_information(motion, covariance), PoseEdgeKind::kOdometry});

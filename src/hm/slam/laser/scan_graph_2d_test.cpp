@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <numbers>
 
 #include "hm/geometry/planar_covariance.hpp"
+#include "hm/slam/laser/graph_keyframes.hpp"
 #include "hm/slam/laser/laser_loop_closer.hpp"
 #include "hm/slam/laser/testing/drifting_drive.hpp"
 
@@ -134,6 +136,36 @@ TEST(ScanGraph2D, WheelsBoundWhatMatchingLeavesFree) {
   };
   EXPECT_NEAR(sigma_m(1), 0.02, 1e-3);
   EXPECT_GT(sigma_m(0), 0.2);
+}
+
+/// Two matches in a corridor leave directions free that differ by the noise of its walls: along it, with a
+/// turn of a few milliradians a metre. Their sum must not leave the heading free.
+TEST(GraphKeyframes, ACorridorLeavesNoHeadingFree) {
+  GraphKeyframes keyframes;
+  std::optional<GraphKeyframe2D> last;
+  for (const int i : {0, 1}) {
+    OdometryStep step;
+    step.stamp = Time::from_seconds(i);
+    step.status = OdometryStatus::kTracking;
+    step.T_odom_base = step.T_keyframe_base = SE2(0.6 * i, 0, 0);
+    const Vec3 free(1, 0, 0.002 * (2 * i - 1));
+    step.match.covariance = Vec3(1e-6, 1e-6, 1e-7).asDiagonal();
+    step.match.covariance += kFreeDirectionVariance_m2 * free * free.transpose();
+    last = keyframes.add({}, step);
+    ASSERT_TRUE(last);
+  }
+  EXPECT_GT(std::sqrt(last->covariance(0, 0)), 0.1);
+  EXPECT_LT(std::sqrt(last->covariance(2, 2)), ScanGraph2DParams::kEdgeSigma_rad);
+}
+
+TEST(PlanarCovariance, FusesWhatOneLeavesFree) {
+  const Mat3 turned = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).matrix();
+  const Mat3 a = turned * Vec3(1e4, 1e-6, 1e-7).asDiagonal() * turned.transpose();
+  const Mat3 b = turned * Vec3(4e-2, 1, 1e-6).asDiagonal() * turned.transpose();
+  const Vec3 expected(4e-2, 1e-6, 1e-7 / 1.1);
+  const Vec3 fused = (turned.transpose() * fused_covariance(a, b) * turned).diagonal();
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(fused[k], expected[k], 1e-4 * expected[k]) << k;
+  EXPECT_TRUE(fused_covariance(Mat3::Zero(), b).isZero());
 }
 
 TEST(ScanGraph2D, SameBitsEveryTime) {
