@@ -54,6 +54,16 @@ TEST(Station, AnswersStatus) {
   EXPECT_EQ(missing.body, "/api/mesh.ply: there is no such file here\n");
 }
 
+TEST(Station, AnswersStatisticsWithTheParameters) {
+  const auto station = start_station();
+  WebClient client(port_of(*station));
+  EXPECT_EQ(client.get("/api/statistics").body, "{}\n");
+  station->store().put(LiveKind::kStatistics, 0, {}, text_bytes(R"({"time_s":1.5})"));
+  station->store().put(LiveKind::kStatistics, kParametersSlot, {}, text_bytes(R"({"parameters":"x = 1"})"));
+  EXPECT_EQ(client.get("/api/statistics").body, R"({"time_s":1.5,"parameters":"x = 1"})"
+                                                "\n");
+}
+
 struct AcceptingFlight : PilotHandler {
   void take(const PilotOrder& order) override {
     station->answer(order.sequence, order.kind == "land", "in flight");
