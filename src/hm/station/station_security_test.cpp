@@ -293,6 +293,7 @@ TEST_F(Viewer, MayBeOneOfSixteen) {
   const auto end = end_of(late);
   EXPECT_EQ(end.code(), 1013);
   EXPECT_EQ(end.reason(), "16 viewers are connected already");
+  EXPECT_EQ(count_of_refused(port_of(*station), "", "full"), 1);
   clients.pop_back();
   EXPECT_TRUE(wait_until([&] { return station->viewers() == 15; }));
   WebClient next(port_of(*station));

@@ -105,6 +105,8 @@ TEST(Station, APilotFliesOverTheSocket) {
     EXPECT_EQ(read_pilot_text(client),
               R"({"type":"answer","sequence":8,"accepted":false,"reason":"in flight"})");
     EXPECT_EQ(flight.holds, 0);
+    WebClient other(port_of(*station));
+    EXPECT_THAT(other.get("/api/status").body, HasSubstr(R"("command":1})"));
   }
   for (int i = 0; i < 200 && flight.holds == 0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
