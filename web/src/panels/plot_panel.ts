@@ -88,7 +88,7 @@ export class PlotPanel {
 
   pose(timeS: number, pose: Pose): void {
     this.plots.deviation.series.add(timeS, { [pose.which]: pose.deviationM });
-    if (!this.vehicleSeen) this.plots.height.series.add(timeS, { camera: pose.position[2] });
+    if (!this.vehicleSeen && pose.which === "camera") this.plots.height.series.add(timeS, { camera: pose.position[2] });
   }
 
   statistics(timeS: number, { stages, rates, counts, memory, parameters }: Statistics): void {
