@@ -3,18 +3,24 @@
 HM_BUILD is the build folder. In the clean Debian, the time from `apt-get install` to the first picture is printed (bar:
 60 s on an idle machine). With HM_CLEAN_ROOT=FOLDER a minimal Debian that is there already is used.
 """
+import gzip
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import urllib.request
 from pathlib import Path
 
 BUILD = Path(os.environ["HM_BUILD"])
 SOURCES = [path for path in (Path("/etc/apt/sources.list.d/debian.sources"), Path("/etc/apt/sources.list"))
            if path.exists()]
+
+TRIANGLE = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+            "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
 
 
 def run(*words, **options):
@@ -43,6 +49,27 @@ class DebianPackages(unittest.TestCase):
         contents = run("dpkg-deb", "--contents", self.program)
         self.assertIn("./usr/bin/hm\n", contents)
         self.assertNotIn("/usr/include", contents)
+
+    def test_the_program_holds_the_built_page(self):
+        """As the link that it prints shows; needed where node is there to build the page."""
+        if not shutil.which("node") or not (BUILD.parent.parent / "web/node_modules/esbuild").is_dir():
+            self.skipTest("no node, or no packages to bundle the page with (npm ci in web/)")
+        unpacked = self.folder / "unpacked"
+        run("dpkg-deb", "-x", self.program, unpacked)
+        (self.folder / "one.ply").write_text(TRIANGLE)
+        served = subprocess.Popen([unpacked / "usr/bin/hm", "serve", self.folder / "one.ply", "--listen", "0"], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE, text=True)
+        self.addCleanup(served.communicate)
+        self.addCleanup(served.terminate)
+        said = served.stderr.readline()
+        link = re.match(r"live view: (http://\S+)", said)
+        self.assertTrue(link, said)
+        with urllib.request.urlopen(link[1], timeout=20) as page:
+            self.assertEqual(page.headers["Content-Encoding"], "gzip")
+            self.assertIn(b"page.js", gzip.decompress(page.read()))
+        for name in ("page.js", "page.css", "live_worker.js", "pilot_worker.js", "licences.txt"):
+            with urllib.request.urlopen(link[1] + name, timeout=20) as part:
+                self.assertGreater(len(gzip.decompress(part.read())), 100, name)
 
     def test_development_holds_headers_libraries_and_what_they_need(self):
         depends = run("dpkg-deb", "--field", self.development, "Depends")

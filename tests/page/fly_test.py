@@ -90,6 +90,16 @@ class Flying(page.PageTest):
             self.click(point)
             self.wait(f"document.querySelector('.reason').textContent.startsWith('{words}')")
         page.keep_picture(self.driver, "desk_preview")
+        # By keys alone: the crosshair in the middle of the view, and Enter.
+        self.js("[...document.querySelectorAll('#panel button')].find(b => b.textContent === 'Go to a point').focus()")
+        for kind in ("keyDown", "keyUp"):
+            self.key(kind, "Enter", "Enter", "\r")
+        self.assertFalse(self.js("return document.getElementById('crosshair').hidden"))
+        self.js(f"{VIEW}.rig.target = [3, 1.2, 0]; {VIEW}.draw()")
+        for kind in ("keyDown", "keyUp"):
+            self.key(kind, "Enter", "Enter", "\r")
+        self.wait("document.getElementById('crosshair').hidden")
+        self.wait("document.querySelector('.reason').textContent.startsWith('The way is free')")
         self.press("Fly there")
         self.wait_for_vehicle("phase", "position")
         self.key("keyDown", "Space", " ")
@@ -103,8 +113,9 @@ class Flying(page.PageTest):
         for kind, buttons in (("mousePressed", 1), ("mouseReleased", 0)):
             self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1})
 
-    def key(self, kind, code, key):
-        self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code})
+    def key(self, kind, code, key, text=""):
+        self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code, "text": text if kind == "keyDown" else "",
+                                                               **({"windowsVirtualKeyCode": 13} if key == "Enter" else {})})
 
 
 if __name__ == "__main__":

@@ -162,6 +162,49 @@ class Desk(unittest.TestCase):
                 "housemartin.stage.measure.choose(null)")
         self.look(**dict(zip(("mode", "target", "distance", "azimuth", "elevation"), old)))
 
+    def test_a_distance_and_an_area_are_measured_by_keys_alone(self):
+        old = self.look(mode="orbit", target=[2, 1.5, 0], distance=9, azimuth=0.0, elevation=1.35)
+        mark = "document.getElementById('crosshair')"
+
+        def choose(point):
+            # As the arrows and W A S D would, to a place that the test knows: the camera turns about what is in the middle.
+            self.look(target=point)
+            self.key("Enter")
+
+        self.js("document.body.focus()")
+        self.key("m")
+        self.assertFalse(self.js(f"return {mark}.hidden"))
+        self.assertEqual(self.js("return document.activeElement.id"), "model", "arrows turn the model")
+        middle = self.js(f"const m = {mark}.getBoundingClientRect(), c = {VIEW}.canvas.getBoundingClientRect();"
+                         "return [m.x + m.width / 2 - c.x - c.width / 2, m.y + m.height / 2 - c.y - c.height / 2]")
+        self.assertLess(max(map(abs, middle)), 1)
+        azimuth = self.js(f"return {VIEW}.rig.azimuth")
+        self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": "keyDown", "key": "ArrowLeft", "code": "ArrowLeft"})
+        page.wait_for(self.driver, f"Math.abs({VIEW}.rig.azimuth - {azimuth}) > 0.05")
+        self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": "keyUp", "key": "ArrowLeft", "code": "ArrowLeft"})
+        for point in ([0.5, 1.0, 0.0], [3.5, 1.0, 0.0]):
+            choose(point)
+        page.keep_picture(self.driver, "crosshair")
+        self.assertEqual(len(self.js("return housemartin.stage.measure.results")), 1)
+        self.assertAlmostEqual(self.js("return housemartin.stage.measure.results[0].values[0].value"), 3.0, delta=0.03)
+        # Another tool by the Tab key and Enter: Enter on a button presses it, and chooses nothing.
+        self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === 'Measure').click();"
+                "[...document.querySelectorAll('#page-measure button')].find(b => b.textContent === 'area').focus()")
+        self.key("Enter")
+        self.assertEqual(self.js("return housemartin.stage.measure.tool"), "area")
+        for point in ([1, 0.5, 0], [3, 0.5, 0], [3, 2, 0], [1, 2, 0], [1, 2, 0]):
+            choose(point)
+        self.assertEqual(len(self.js("return housemartin.stage.measure.results")), 2)
+        self.assertAlmostEqual(self.js("return housemartin.stage.measure.results[1].values[0].value"), 3.0, delta=0.05)
+        # A pointer takes its place.
+        self.click_at([2, 1, 0])
+        self.assertTrue(self.js(f"return {mark}.hidden"))
+        self.key("Escape")
+        self.assertIsNone(self.js("return housemartin.stage.measure.tool"))
+        self.js("while (document.querySelector('.results button')) document.querySelector('.results button').click()")
+        self.look(**dict(zip(("mode", "target", "distance", "azimuth", "elevation"), old)))
+        self.key("f")
+
     def test_saves_what_the_server_offers_and_a_picture(self):
         if self.js("return document.querySelector('#page-measure').hidden"):
             self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === 'Measure').click()")
@@ -181,6 +224,7 @@ class Desk(unittest.TestCase):
         self.assertIn("Times of the stages (ms)", titles)
         page.wait_for(self.driver, "document.querySelector('dl.values').innerText.includes('frames dropped')")
         page.wait_for(self.driver, "document.querySelector('#page-plots pre').textContent.includes('voxel_size_m')")
+        page.wait_for(self.driver, "/against the rules, refused\\s*0/.test(document.getElementById('link-counts').innerText)")
         self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === 'Events').click()")
         page.wait_for(self.driver, "document.querySelector('.events').innerText.includes('12 frames were dropped')")
 
@@ -218,10 +262,10 @@ class Desk(unittest.TestCase):
         self.key("f")
 
     def key(self, key, code=""):
-        text = key if len(key) == 1 else ""
+        text = key if len(key) == 1 else "\r" if key == "Enter" else ""
         for kind in ("keyDown", "keyUp"):
             self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code or key, "text": text if kind == "keyDown" else "",
-                                                                   "windowsVirtualKeyCode": {"Tab": 9, "Escape": 27}.get(key, ord(key[0].upper()))})
+                                                                   "windowsVirtualKeyCode": {"Tab": 9, "Escape": 27, "Enter": 13}.get(key, ord(key[0].upper()))})
 
     def test_z_the_server_is_lost_and_comes_back(self):
         port, pages = self.server.port, self.js(f"return {VIEW}.mesh.pageCount")

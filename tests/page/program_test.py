@@ -1,10 +1,13 @@
-"""The page with the program itself: a model that it serves is measured, a simulated vehicle is flown by keys and stopped."""
+"""The page with the program itself: a model that it serves is measured, a run grows, another fails and says why; a simulated
+vehicle is flown by keys and by sticks, and stopped."""
 import os
+import pty
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 from pathlib import Path
@@ -45,21 +48,44 @@ class Program(page.PageTest):
         self.folder = Path(tempfile.mkdtemp(prefix="hm_page_"))
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def open(self, *words):
+    def simulate(self, *words):
+        subprocess.run([os.environ["HM_PROGRAM"], "simulate", *words, "--quiet"], cwd=self.folder, check=True, timeout=120)
+
+    def start_program(self, *words):
+        """On a terminal, where a run stays open to viewers; what it says is read all the time, as terminals do."""
+        terminal, of_program = pty.openpty()
+        self.process = subprocess.Popen([os.environ["HM_PROGRAM"], *words], cwd=self.folder, stdin=subprocess.PIPE, stdout=of_program,
+                                        stderr=of_program)
+        os.close(of_program)
+        self.said = ""
+        reader = threading.Thread(target=self.read_terminal, args=(terminal,), daemon=True)
+        reader.start()
+        for clean in (reader.join, self.end_program):
+            self.addCleanup(clean)
+
+    def end_program(self):
+        self.process.terminate()
+        self.process.stdin.close()
+        self.process.wait(timeout=20)
+
+    def read_terminal(self, terminal):
+        try:
+            while more := os.read(terminal, 4096):
+                self.said += more.decode(errors="replace")
+        except OSError:  # the program has ended
+            pass
+        os.close(terminal)
+
+    def open(self, *words, **browser):
         """Starts the program and opens the link that it prints; skips where it was built without the page."""
-        self.process = subprocess.Popen([os.environ["HM_PROGRAM"], *words], cwd=self.folder, text=True, stdin=subprocess.PIPE,
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        self.addCleanup(self.process.communicate, timeout=20)
-        self.addCleanup(self.process.terminate)
-        said = []
-        for line in self.process.stdout:
-            said.append(line)
-            if link := re.search(r"http://127\.0\.0\.1:\d+/\S*", line):
-                break
-        else:
-            self.fail("".join(said))
-        self.driver = page.open_browser()
+        self.driver = page.open_browser(**browser)
         self.addCleanup(self.driver.quit)
+        self.start_program(*words)
+        end = time.monotonic() + 30
+        while not (link := re.search(r"http://127\.0\.0\.1:\d+/\S*(?=\s)", self.said)):
+            self.assertLess(time.monotonic(), end, self.said)
+            self.assertIsNone(self.process.poll(), self.said)
+            time.sleep(0.02)
         self.driver.get(link[0])
         if "page.js" not in self.driver.page_source:
             self.skipTest("the program was built without the page")
@@ -86,12 +112,76 @@ class Program(page.PageTest):
         self.assertLess(self.js(f"return {VIEW}.openEdges.lengthM()"), 2.1 * 4 * sum(ROOM))
         self.assertEqual(self.errors(), [])
 
-    def test_a_vehicle_is_flown_and_stopped(self):
-        self.open("fly", "teleop", "-o", "flown", "--serve=0")
+    def test_a_run_grows(self):
+        """What is shown in the end is the whole map of the run."""
+        self.simulate("room", "--sensor", "kinect", "--frames", "240", "-o", "recording")
+        self.open("reconstruct", "recording", "-o", "result", "--voxel", "0.015", "--threads", "1", "--serve=0")
+        count = f"{VIEW}.mesh.triangleCount"
+        first = self.wait(f"{count} > 0 && {count}")
+        self.assertEqual(self.js("return document.getElementById('source').textContent"), "recording")
+        page.keep_picture(self.driver, "program_growing")
+        self.wait(f"{count} > {first} && {VIEW}.paths.points(0).length > 0")
+        self.assertRegex(self.js("return document.getElementById('progress').innerText"), r"reconstructing \d+ of 240|finished")
+        page.wait_for(self.driver, "document.getElementById('progress').innerText === 'finished'", 60)
+        self.wait("document.getElementById('words').innerText.includes('Result: ok')")
+        self.assertGreater(self.js(f"return {count}"), first)
+        self.tab("Plots")
+        self.wait("document.querySelector('#page-plots pre').textContent.includes('voxel_size_m = 0.015')")
+        self.wait("document.getElementById('link-counts').innerText.includes('refused')")
+        self.assertEqual(self.js("return housemartin.counts.refused"), 0)
+        self.tab("Measure")
+        self.wait("[...document.querySelectorAll('a.button')].some(a => a.download === 'report.html' && a.offsetParent)")
+        self.assertEqual(self.errors(), [])
+
+    def test_an_unplugged_scan_says_why(self):
+        self.simulate("room", "--sensor", "kinect", "--frames", "60", "-o", "recording")
+        for size, phone in ((page.DESK, False), (page.PHONE, True)):
+            self.open("scan", "--camera", "replay:recording", "-o", f"scan_{phone}", "--voxel", "0.04", "--unplug-after", "1.2", "--serve=0",
+                      size=size, phone=phone)
+            self.wait("document.querySelector('.word strong')?.textContent === 'Failed'")
+            reason = "document.querySelector('.word .number')"
+            self.assertIn("unplugged after 1.2 s", self.js(f"return {reason}.innerText"))
+            page.keep_picture(self.driver, f"program_unplugged_{'phone' if phone else 'desk'}")
+            box = self.js(f"const b = {reason}.getBoundingClientRect(); return [b.width, b.height, b.left, innerWidth - b.right]")
+            self.assertTrue(min(box[:2]) > 0 and min(box[2:]) >= 0, box)
+            self.tab("Events")
+            self.wait("document.querySelector('.events [data-level=error]').innerText.includes('failed: ')")
+            self.wait("document.querySelector('.word .number').offsetParent")  # with the panel open too
+            self.driver.quit()
+            self.end_program()
+
+    def take_off(self):
         self.press("Take control")
         self.press("Engage")
         self.press("Take off")
         self.wait("document.querySelector('.machine .flying.now')?.textContent === 'position'")
+
+    def test_a_vehicle_is_flown_by_sticks(self):
+        self.open("fly", "teleop", "-o", "flown", "--serve=0", size=page.PHONE, phone=True)
+        self.wait("[...document.querySelectorAll('#tabs button')].some(b => b.textContent === 'Fly')")
+        self.tab("Fly")
+        self.take_off()
+        self.tab("Fly")  # closes the panel
+        self.wait("!document.getElementById('sticks').hidden")
+        place, flying = f"{VIEW}.lastPose.position", "document.querySelector('.machine .flying.now')?.textContent"
+        start = self.js(f"return {place}")
+        x, y = self.middle_of(".stick:last-child")
+        self.touch("touchStart", (x, y))
+        self.touch("touchMove", (x, y - 50))
+        self.wait(f"{flying} === 'velocity'")
+        self.wait(f"Math.hypot({place}[0] - {start[0]}, {place}[1] - {start[1]}) > 0.3")
+        page.keep_picture(self.driver, "program_sticks")
+        self.touch("touchEnd")
+        self.wait(f"{flying} === 'hold'")
+        x, y = self.middle_of(".stop")
+        self.touch("touchStart", (x, y))
+        self.touch("touchEnd")
+        self.wait("document.querySelector('.machine .error.now') !== null")
+        self.assertEqual(self.errors(), [])
+
+    def test_a_vehicle_is_flown_and_stopped(self):
+        self.open("fly", "teleop", "-o", "flown", "--serve=0")
+        self.take_off()
         self.wait("[...document.querySelectorAll('dt')].find(term => term.textContent === 'who flies')?.nextSibling.textContent === 'page'")
         place = f"{VIEW}.lastPose.position"
         start = self.js(f"return {place}")

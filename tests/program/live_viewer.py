@@ -7,7 +7,7 @@ import time
 from base64 import b64encode
 from os import urandom
 
-KINDS = {1: "hello", 2: "page", 3: "gone", 4: "pose", 5: "path", 8: "tile", 9: "telemetry", 10: "event", 11: "picture", 12: "statistics"}
+KINDS = {1: "hello", 2: "page", 3: "gone", 4: "pose", 5: "path", 6: "scan", 8: "tile", 9: "telemetry", 10: "event", 11: "picture", 12: "statistics"}
 
 
 class Viewer:
@@ -24,6 +24,7 @@ class Viewer:
             self.bytes += self.socket.recv(4096)
         self.bytes = self.bytes.split(b"\r\n\r\n", 1)[1]
         self.pages, self.last, self.counts, self.acked, self.pending = {}, {}, {}, 0.0, 0
+        self.events, self.kinds = [], set()  # kinds of paths and scans: (name, which)
         self.send({"type": "hello", "protocol": 1, "session": "", "pages": [], "more": False})
 
     def close(self):
@@ -89,8 +90,14 @@ class Viewer:
             self.pages[x, y, z] = (page_version, payload[16], struct.unpack("<I", payload[24:28])[0] // 3)
         elif name == "gone":
             self.pages.pop(struct.unpack("<iii", payload[:12]), None)
-        elif name in ("hello", "telemetry", "statistics", "event"):
+        elif name == "statistics":  # a member that is missing stays as it was
+            self.last.setdefault(name, {}).update(json.loads(payload))
+        elif name in ("path", "scan"):
+            self.kinds.add((name, payload[0]))
+        elif name in ("hello", "telemetry", "event"):
             self.last[name] = json.loads(payload)
+            if name == "event":
+                self.events.append(self.last[name])
         return name
 
     def watch(self, done, limit_s=60):

@@ -80,6 +80,7 @@ export class App implements LiveListener {
         break;
       case "telemetry":
         this.status.update(frame.telemetry);
+        this.stage?.measurePanel.setEnded(frame.telemetry.state === "finished" || frame.telemetry.state === "failed");
         this.replay.update(frame.telemetry.replay);
         this.plots.telemetry(nowS, frame.telemetry);
         if (frame.telemetry.vehicle) this.pilot?.update(frame.telemetry.vehicle);
@@ -101,7 +102,10 @@ export class App implements LiveListener {
     this.status.link(state);
     this.viewSent = "";
   }
-  onCounts(counts: LinkCounts): void { this.counts = counts; }
+  onCounts(counts: LinkCounts): void {
+    this.counts = counts;
+    this.plots.received(counts);
+  }
 
   private greet(hello: Hello): void {
     this.status.hello(hello);

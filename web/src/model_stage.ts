@@ -7,6 +7,7 @@ import { ViewPanel } from "./panels/view_panel.ts";
 import type { Vec3 } from "./protocol/frames.ts";
 import { CAMERA_MODES, type CameraMode } from "./scene/camera_rig.ts";
 import { Controls } from "./scene/controls.ts";
+import { Crosshair } from "./scene/crosshair.ts";
 import { SceneView } from "./scene/scene_view.ts";
 
 const EYE_HEIGHT_M = 1.6;
@@ -19,6 +20,7 @@ export class ModelStage {
   readonly measurePanel = new MeasurePanel(this.measure, () => void this.savePicture());
   private readonly cameras = choice("Camera", CAMERA_MODES, "orbit", mode => this.setCamera(mode));
   private readonly controls: Controls;
+  private readonly crosshair = new Crosshair(this.view.canvas);
   private pilot: PilotPanel | null = null;
   private moved = false;  // until then the whole model is shown while it grows
 
@@ -27,6 +29,7 @@ export class ModelStage {
       onClick: (x, y) => this.click(x, y), onDoubleClick: (x, y) => this.lookAt(x, y), surfaceAt: (x, y) => this.surfaceAt(x, y)?.point ?? null,
       onMoved: () => { this.moved = true; },
     });
+    this.measure.onTool = () => this.updateCrosshair();
     this.measure.limits = () => this.viewPanel.limits;
     this.view.onFrame = dtS => this.controls.step(dtS);
     this.view.onDrawn = () => this.measure.placeLabels();
@@ -36,13 +39,14 @@ export class ModelStage {
   flyWith(pilot: PilotPanel): void {
     this.pilot = pilot;
     pilot.onKeysTaken = taken => { this.controls.keysTaken = taken; };
+    pilot.onChoosing = () => this.updateCrosshair();
   }
 
   /** Keys of the whole page. */
   keys(): Record<string, () => void> {
     const cameras = Object.fromEntries(CAMERA_MODES.map((mode, i) => [String(i + 1), () => this.setCamera(mode)]));
     return {
-      ...cameras, f: () => this.fit(), c: () => this.viewPanel.nextMode(), m: () => this.measure.choose("distance"), Escape: () => this.measure.choose(null), Enter: () => this.measure.close(),
+      ...cameras, f: () => this.fit(), c: () => this.viewPanel.nextMode(), m: () => this.measure.choose("distance"), Escape: () => this.leave(), Enter: () => this.chooseByKey(),
     };
   }
 
@@ -90,6 +94,20 @@ export class ModelStage {
 
   private surfaceAt(x: number, y: number) {
     return castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.viewPanel.limits);
+  }
+
+  private leave(): void {
+    this.measure.choose(null);
+    if (this.pilot?.choosing) this.pilot.choose(false);
+  }
+
+  private updateCrosshair(): void { this.crosshair.want(this.measure.tool !== null || this.pilot?.choosing === true); }
+
+  /** Chooses what is in the middle of the view; an area is closed by choosing its last corner twice. */
+  private chooseByKey(): void {
+    if (!this.crosshair.shown) this.measure.close();
+    else if (this.pilot?.choosing) this.click(...this.crosshair.place());
+    else this.measure.pick(...this.crosshair.place());
   }
 
   private click(x: number, y: number): void {

@@ -29,7 +29,8 @@ void ServeFlags::add_to(CLI::App& command) {
       ->each([this](const std::string&) { is_wanted = true; });
 }
 
-hm::Result<Serving> ServeFlags::open(hm::LiveStationOptions options, hm::RunContext& run) const {
+hm::Result<Serving> ServeFlags::open(hm::LiveStationOptions options, const hm::ParamList& in_effect,
+                                     hm::RunContext& run) const {
   if (!is_wanted) return Serving();
   options.listen = listen == kThisMachine ? "" : listen;
   options.program_version = kVersion;
@@ -37,15 +38,17 @@ hm::Result<Serving> ServeFlags::open(hm::LiveStationOptions options, hm::RunCont
   if (!session) return hm::forward_error(session);
   write_message((*session)->announcement() + "\n");
   run.view = &(*session)->view();
+  run.view->on_parameters(in_effect.to_toml());
   return Serving(std::move(*session), run.stop);
 }
 
 void Serving::finish(bool worked, const std::string& reason) {
   if (!session_) return;
+  session_->offer_report();
   session_->view().set_state(worked ? "finished" : "failed", reason);
   session_->view().flush();
   if (session_->station().viewers() > 0) std::this_thread::sleep_for(kLastFrames);
   if (isatty(STDERR_FILENO) == 0 || stop_.stop_requested()) return;
-  write_message(session_->announcement() + " (the run has ended; Ctrl-C closes the page's server)\n");
+  write_message("the run has ended; the live view stays open until Ctrl-C\n");
   while (!stop_.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }

@@ -34,7 +34,8 @@ struct ServeFlags {
   std::string listen;
 
   void add_to(CLI::App& command);
-  /// Opens the station, if it was asked for, prints its address, and sets `run.view`; after
-  /// Session::interruptible_context(). Error (kUsage): the address cannot be used.
-  [[nodiscard]] hm::Result<Serving> open(hm::LiveStationOptions options, hm::RunContext& run) const;
+  /// Opens the station, if it was asked for, prints its address, shows the parameters in effect, and sets
+  /// `run.view`; after Session::interruptible_context(). Error (kUsage): the address cannot be used.
+  [[nodiscard]] hm::Result<Serving> open(hm::LiveStationOptions options, const hm::ParamList& in_effect,
+                                         hm::RunContext& run) const;
 };

@@ -37,7 +37,9 @@ hm::Result<Outcome> run(const std::string& output, const ServeFlags& serve, Sess
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context(
       "an unfinished simulation is removed; a reconstruction writes the results so far");
-  auto serving = serve.open({.verb = "demo", .name = output}, options.run);
+  auto serving =
+      serve.open({.verb = "demo", .name = output, .report_to_come = options.output / "result/report.html"},
+                 list, options.run);
   if (!serving) return hm::forward_error(serving);
   const auto demo = hm::run_demo(options);
   serving->finish(demo);

@@ -38,8 +38,11 @@ hm::Result<Outcome> fly(const FlyFlags& flags, const std::string& name, hm::Flig
   options->run = session.interruptible_context(kOnStop);
   std::optional<hm::PagePilot> pilot;
   if (flags.serve.is_wanted) pilot.emplace();
-  auto serving =
-      flags.serve.open({.verb = "fly", .name = name, .pilot = pilot ? &*pilot : nullptr}, options->run);
+  auto serving = flags.serve.open({.verb = "fly",
+                                   .name = name,
+                                   .pilot = pilot ? &*pilot : nullptr,
+                                   .report_to_come = options->output / "report.html"},
+                                  list, options->run);
   if (!serving) return hm::forward_error(serving);
   if (pilot) {
     hm::Station& station = serving->session()->station();

@@ -26,7 +26,9 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("writing the results so far");
-  auto serving = flags.serve.open({.verb = "laser", .name = flags.recording}, options.run);
+  auto serving = flags.serve.open(
+      {.verb = "laser", .name = flags.recording, .report_to_come = options.output / "report.html"}, list,
+      options.run);
   if (!serving) return hm::forward_error(serving);
   const auto summary = hm::run_laser(options);
   serving->finish(summary);

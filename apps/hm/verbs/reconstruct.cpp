@@ -38,7 +38,9 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.force = flags.of_recording.force;
   options.poses = flags.poses;
   options.run = session.interruptible_context("writing the results so far");
-  auto serving = flags.serve.open({.verb = "reconstruct", .name = flags.recording}, options.run);
+  auto serving = flags.serve.open(
+      {.verb = "reconstruct", .name = flags.recording, .report_to_come = options.output / "report.html"},
+      list, options.run);
   if (!serving) return hm::forward_error(serving);
   const auto summary = hm::reconstruct(options);
   serving->finish(summary);

@@ -67,7 +67,9 @@ hm::Result<Outcome> run(const ScanFlags& flags, Session& session) {
   options.run = session.interruptible_context("finishing with what there is");
   options.live_threads =
       session.are_threads_given() ? options.run.threads : std::max(1, options.run.threads - 1);
-  auto serving = flags.serve.open({.verb = "scan", .name = flags.camera}, options.run);
+  auto serving = flags.serve.open(
+      {.verb = "scan", .name = flags.camera, .report_to_come = options.output / "report.html"}, list,
+      options.run);
   if (!serving) return hm::forward_error(serving);
   const auto scanned = hm::run_scan(options);
   const bool worked = scanned && !scanned->failure;

@@ -37,7 +37,9 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.force = flags.of_recording.force;
   options.run = session.interruptible_context("writing the results so far");
-  auto serving = flags.serve.open({.verb = "slam", .name = flags.recording}, options.run);
+  auto serving = flags.serve.open(
+      {.verb = "slam", .name = flags.recording, .report_to_come = options.output / "report.html"}, list,
+      options.run);
   if (!serving) return hm::forward_error(serving);
   const auto summary = hm::run_slam(options);
   serving->finish(summary);

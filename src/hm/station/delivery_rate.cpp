@@ -14,12 +14,10 @@ void DeliveryRate::sent(std::uint32_t sequence, std::size_t bytes, bool little_t
   if (frames_.empty()) delivered_at_ = now;
   frames_.push_back({sequence, bytes, little_to_send, delivered_, delivered_at_});
   pending_ += bytes;
-  newest_ = sequence;
 }
 
-bool DeliveryRate::acknowledge(std::uint32_t sequence, Duration now) {
-  if (sequence > newest_) return false;
-  if (frames_.empty() || frames_.front().sequence > sequence) return true;  // known before
+void DeliveryRate::acknowledge(std::uint32_t sequence, Duration now) {
+  if (frames_.empty() || frames_.front().sequence > sequence) return;  // known before
   Frame last;
   while (!frames_.empty() && frames_.front().sequence <= sequence) {
     last = frames_.front();
@@ -35,7 +33,6 @@ bool DeliveryRate::acknowledge(std::uint32_t sequence, Duration now) {
   else if (!last.little_to_send)
     rate_ = sample + (rate_ - sample) * std::exp(-since(delivered_at_, now));
   delivered_at_ = now;
-  return true;
 }
 
 }  // namespace hm

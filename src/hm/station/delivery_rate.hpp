@@ -12,8 +12,8 @@ namespace hm {
 class DeliveryRate {
  public:
   void sent(std::uint32_t sequence, std::size_t bytes, bool little_to_send, Duration now);
-  /// Everything up to `sequence` has arrived. False: that was never sent.
-  bool acknowledge(std::uint32_t sequence, Duration now);
+  /// Everything up to `sequence` has arrived; sequences of frames that were sent never fall.
+  void acknowledge(std::uint32_t sequence, Duration now);
   [[nodiscard]] double bytes_per_s() const { return rate_; }
   /// Sent and not acknowledged.
   [[nodiscard]] std::size_t pending_bytes() const { return pending_; }
@@ -31,7 +31,6 @@ class DeliveryRate {
 
   std::deque<Frame> frames_;
   std::size_t pending_ = 0;
-  std::uint32_t newest_ = 0;
   std::uint64_t delivered_ = 0;
   Duration delivered_at_;
   double rate_ = kStartRate;

@@ -68,7 +68,7 @@ WebOutput LiveSession::next(Duration now) {
   }
   if (!greeted_) {
     if (now.ns - opened_.ns < kHelloPatience.ns) return {};
-    return WebClose{WebClose::kPolicy, "no hello within 10 s"};
+    return WebClose{WebClose::kPolicy, "no hello within 10 s", Refused::kSilent};
   }
   if (const auto frame = queue_.next(now)) return to_message(*frame);
   return {};
@@ -143,10 +143,17 @@ LiveSession::Refusal LiveSession::view(const JsonValue& message) {
 }
 
 LiveSession::Refusal LiveSession::ack(const JsonValue& message, Duration now) {
-  const auto sequence =
-      in_range(message.find_as<std::int64_t>("sequence"), 0, std::numeric_limits<std::uint32_t>::max());
-  if (!sequence || !queue_.acknowledge(static_cast<std::uint32_t>(*sequence), now))
-    return wrong("ack of a frame that was not sent");
+  const auto sequence = in_range(message.find_as<std::int64_t>("sequence"), kHelloSequence,
+                                 std::numeric_limits<std::uint32_t>::max());
+  if (!sequence) return wrong("ack of a frame that was not sent");
+  switch (queue_.acknowledge(static_cast<std::uint32_t>(*sequence), now)) {
+    case Acknowledged::kTaken:
+      break;
+    case Acknowledged::kNeverSent:
+      return wrong("ack of a frame that was not sent");
+    case Acknowledged::kBackwards:
+      return wrong("ack of a frame before one that was acknowledged");
+  }
   return std::nullopt;
 }
 

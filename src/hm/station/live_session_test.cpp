@@ -148,13 +148,27 @@ TEST_F(LiveSessionTest, WhatBreaksTheRulesEndsWithAReason) {
   EXPECT_THAT(say(R"({"type":"hello","protocol":1,"all_levels":1})")->reason, HasSubstr("all_levels"));
   ASSERT_FALSE(say(R"({"type":"hello","protocol":1})"));
   EXPECT_THAT(say(R"({"type":"command","kind":"take_off"})")->reason, HasSubstr("'command' is not known"));
-  for (const char* text : {"", "[]", "{}", "null", R"({"type":3})", R"({"type":"view","position":[1,2,3]})",
-                           R"({"type":"view","position":[1,2],"direction":[1,0,0]})",
-                           R"({"type":"view","position":[1,2,3],"direction":[0,0,0]})",
-                           R"({"type":"view","position":[1,2,1e999],"direction":[1,0,0]})",
-                           R"({"type":"ack"})", R"({"type":"ack","sequence":-1})",
-                           R"({"type":"ack","sequence":4294967296})", R"({"type":"ack","sequence":9})"})
+  for (const char* text :
+       {"", "[]", "{}", "null", R"({"type":3})", R"({"type":"view","position":[1,2,3]})",
+        R"({"type":"view","position":[1,2],"direction":[1,0,0]})",
+        R"({"type":"view","position":[1,2,3],"direction":[0,0,0]})",
+        R"({"type":"view","position":[1,2,1e999],"direction":[1,0,0]})", R"({"type":"ack"})",
+        R"({"type":"ack","sequence":-1})", R"({"type":"ack","sequence":0})",
+        R"({"type":"ack","sequence":4294967296})", R"({"type":"ack","sequence":9})"})
     EXPECT_EQ(say(text)->code, WebClose::kProtocol) << text;
+}
+
+TEST_F(LiveSessionTest, AnAckOfWhatIsAcknowledgedIsTakenOneBeforeItEnds) {
+  put_page({0, 0, 0}, 1);
+  next();
+  say(R"({"type":"hello","protocol":1})");
+  ASSERT_TRUE(next());
+  EXPECT_FALSE(say(R"({"type":"ack","sequence":2})"));
+  EXPECT_FALSE(say(R"({"type":"ack","sequence":2})"));
+  const auto end = say(R"({"type":"ack","sequence":1})");
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, WebClose::kProtocol);
+  EXPECT_EQ(end->reason, "ack of a frame before one that was acknowledged");
 }
 
 TEST_F(LiveSessionTest, KnownPagesAreCheckedAndLimited) {

@@ -30,6 +30,9 @@ enum class LiveKind : std::uint8_t {
   kStatistics,
 };
 
+/// Statistics that change stand under 0, the parameters in effect under this id.
+inline constexpr std::uint64_t kParametersSlot = 1;
+
 /// Key of a page of the mesh: a cube of 4 x 4 x 4 volumes.
 struct PageKey {
   std::int32_t x = 0, y = 0, z = 0;

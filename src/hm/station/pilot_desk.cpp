@@ -143,10 +143,12 @@ std::optional<std::string> PilotDesk::command(PilotId id, const JsonValue& messa
   else
     refusal = refuse(id, pilot, given, now);
   pilot.last_sequence = std::max(pilot.last_sequence.value_or(0), *sequence);
-  if (refusal)
+  if (refusal) {
+    ++refused_;
     say_answer(pilot, *sequence, false, *refusal);
-  else
+  } else {
     fly(id, std::move(given), now);
+  }
   return std::nullopt;
 }
 
@@ -195,6 +197,7 @@ void PilotDesk::answer(std::uint64_t sequence, bool accepted, const std::string&
   const auto found = unanswered_.find(sequence);
   if (found == unanswered_.end()) return;
   const auto [id, own_sequence] = found->second;
+  if (!accepted) ++refused_;
   unanswered_.erase(found);
   const auto pilot = pilots_.find(id);
   if (pilot != pilots_.end()) say_answer(pilot->second, own_sequence, accepted, reason);

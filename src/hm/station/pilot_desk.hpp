@@ -44,6 +44,8 @@ class PilotDesk {
   void tick(Duration now);
   /// Answer to an order, with the sequence that PilotOrder had.
   void answer(std::uint64_t sequence, bool accepted, const std::string& reason);
+  /// Commands that were answered with a reason why not.
+  [[nodiscard]] std::uint64_t refused() const { return refused_; }
   /// Next message to a pilot.
   std::optional<std::string> next(PilotId pilot, Duration now);
   /// Why the connection of a pilot has to end, if it has to: gone, or it does not read.
@@ -88,7 +90,7 @@ class PilotDesk {
   std::optional<PilotId> holder_;
   Steering steering_ = Steering::kNone;
   Duration input_at_;  ///< of the newest velocity
-  std::uint64_t orders_ = 0;
+  std::uint64_t orders_ = 0, refused_ = 0;
   std::map<std::uint64_t, std::pair<PilotId, std::int64_t>> unanswered_;  ///< order -> pilot, its sequence
 };
 

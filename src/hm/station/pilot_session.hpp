@@ -23,7 +23,8 @@ class PilotSession : public WebSocketSession {
     return {};
   }
   WebOutput next(Duration now) override {
-    if (auto reason = desk_.reason_to_end(id_, now)) return WebClose{WebClose::kPolicy, std::move(*reason)};
+    if (auto reason = desk_.reason_to_end(id_, now))
+      return WebClose{WebClose::kPolicy, std::move(*reason), Refused::kSilent};
     auto text = desk_.next(id_, now);
     if (!text) return {};
     return WebMessage::of_text(*text);

@@ -139,7 +139,7 @@ struct Station::Impl : WebHandler {
 
   void respond(const WebRequest& request, Answer answer) override {
     if (const auto refusal = access.refuse_host(request.host))
-      return answer(WebResponse::of_text(403, *refusal + "\n"));
+      return answer(forbidden(Refused::kHost, *refusal));
     const auto answer_with_policy = [host = request.host, answer = std::move(answer)](WebResponse response) {
       add_policy(response, host);
       answer(std::move(response));
@@ -156,32 +156,47 @@ struct Station::Impl : WebHandler {
   }
 
   void api(const WebRequest& request, Answer answer) {
+    if (const auto refusal = access.refuse_origin(request))
+      return answer(forbidden(Refused::kOrigin, *refusal));
     if (const auto refusal = access.refuse_token(request.query))
-      return answer(WebResponse::of_text(403, *refusal + "\n"));
+      return answer(forbidden(Refused::kToken, *refusal));
     const auto answer_fresh = [answer = std::move(answer)](WebResponse response) {
       response.headers.emplace_back("Cache-Control", "no-store");
       answer(std::move(response));
     };
     const std::string name = request.path.substr(5);
-    if (name == "status") return answer_fresh(status_response(store, hello, viewers));
+    if (name == "status") return answer_fresh(status_response(store, hello, {viewers, all_refusals()}));
     if (name == "statistics") return answer_fresh(statistics_response(store));
-    exports.make(name, answer_fresh);
+    if (!exports.make(name, answer_fresh)) refused(Refused::kFull);
+  }
+
+  WebResponse forbidden(Refused why, const std::string& reason) {
+    refused(why);
+    return WebResponse::of_text(403, reason + "\n");
+  }
+
+  void refused(Refused why) override { refusals.add(why); }
+
+  [[nodiscard]] RefusalCounts all_refusals() const {
+    RefusalCounts all = refusals;
+    if (desk) all.add(Refused::kCommand, desk->refused());
+    return all;
   }
 
   Opened open(const WebRequest& request) override {
     const bool foxglove = request.path == "/foxglove";
     if (!foxglove && request.path != "/live" && request.path != "/pilot")
       return WebResponse::of_text(404, "there is no such WebSocket\n");
-    auto refusal = access.refuse_host(request.host);
-    if (!refusal)
-      refusal =
-          access.refuse_origin(request, foxglove ? kFoxglovePages : std::span<const std::string_view>());
-    if (refusal) return WebResponse::of_text(403, *refusal + "\n");
-    refusal = access.refuse_token(request.query);
-    if (refusal) return refused({WebClose::kPolicy, std::move(*refusal)});
+    if (const auto refusal = access.refuse_host(request.host)) return forbidden(Refused::kHost, *refusal);
+    const auto friends = foxglove ? kFoxglovePages : std::span<const std::string_view>();
+    if (const auto refusal = access.refuse_origin(request, friends))
+      return forbidden(Refused::kOrigin, *refusal);
+    if (auto refusal = access.refuse_token(request.query))
+      return refuse({WebClose::kPolicy, std::move(*refusal), Refused::kToken});
     if (request.path == "/pilot") return open_pilot();
     if (viewers >= kMaxViewers)
-      return refused({WebClose::kTryLater, fmt::format("{} viewers are connected already", kMaxViewers)});
+      return refuse({WebClose::kTryLater, fmt::format("{} viewers are connected already", kMaxViewers),
+                     Refused::kFull});
     if (foxglove) return open_foxglove(request);
     const LiveSessionContext context{store, hello, options.replay};
     return WebSocketOpening{std::make_unique<CountedSession<LiveSession>>(viewers, context, now), ""};
@@ -189,20 +204,24 @@ struct Station::Impl : WebHandler {
 
   Opened open_foxglove(const WebRequest& request) {
     const auto protocol = foxglove_protocol(request.protocols);
-    if (!protocol)
+    if (!protocol) {
+      refused(Refused::kRequest);
       return WebResponse::of_text(400,
                                   "the subprotocol has to be foxglove.sdk.v1 or foxglove.websocket.v1\n");
+    }
     return WebSocketOpening{std::make_unique<CountedSession<FoxgloveSession>>(viewers, store), *protocol};
   }
 
   Opened open_pilot() {
-    if (!desk) return refused({WebClose::kPolicy, "there is nothing to fly here"});
+    if (!desk) return refuse({WebClose::kPolicy, "there is nothing to fly here"});
     if (pilots >= kMaxPilots)
-      return refused({WebClose::kTryLater, fmt::format("{} pilots are connected already", kMaxPilots)});
+      return refuse(
+          {WebClose::kTryLater, fmt::format("{} pilots are connected already", kMaxPilots), Refused::kFull});
     return WebSocketOpening{std::make_unique<CountedSession<PilotSession>>(pilots, *desk, now), ""};
   }
 
-  static Opened refused(WebClose reason) {
+  /// Counted when it is closed.
+  static Opened refuse(WebClose reason) {
     return WebSocketOpening{std::make_unique<RefusedSession>(std::move(reason)), ""};
   }
 
@@ -217,6 +236,7 @@ struct Station::Impl : WebHandler {
   LiveStore store;
   AccessRules access;
   std::string hello;
+  RefusalCounts refusals;  ///< of the server's thread
   std::atomic<std::size_t> viewers = 0, pilots = 0;
   std::optional<PilotDesk> desk;
   Duration now;  ///< of the last tick

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
 
 namespace hm {
@@ -54,12 +55,14 @@ std::vector<std::string> ExportMaker::names() const {
   return names;
 }
 
-void ExportMaker::make(const std::string& name, WebHandler::Answer answer) {
+bool ExportMaker::make(const std::string& name, WebHandler::Answer answer) {
   const auto file =
       std::find_if(exports_.begin(), exports_.end(), [&](const auto& one) { return one.name == name; });
-  if (file == exports_.end())
-    return answer(
+  if (file == exports_.end()) {
+    answer(
         WebResponse::of_text(404, fmt::format("/api/{}: there is no such file here\n", name.substr(0, 60))));
+    return true;
+  }
   {
     const std::lock_guard lock(mutex_);
     if (requests_.size() < kMaxWaiting) {
@@ -67,8 +70,12 @@ void ExportMaker::make(const std::string& name, WebHandler::Answer answer) {
       answer = nullptr;
     }
   }
-  if (answer) return answer(WebResponse::of_text(503, "too many files are being made: try again later\n"));
+  if (answer) {
+    answer(WebResponse::of_text(503, "too many files are being made: try again later\n"));
+    return false;
+  }
   changed_.notify_one();
+  return true;
 }
 
 void ExportMaker::run() {
@@ -85,15 +92,26 @@ void ExportMaker::run() {
   }
 }
 
-WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers) {
+WebResponse status_response(const LiveStore& store, const std::string& hello, const StationClients& clients) {
+  JsonValue refused = JsonValue::object();
+  for (std::size_t i = 0; i < RefusalCounts::kNames.size(); ++i)
+    refused[RefusalCounts::kNames[i]] =
+        static_cast<std::int64_t>(clients.refused.of(static_cast<Refused>(i)));
   return WebResponse::of_text(200,
-                              fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{}}}\n", hello,
-                                          newest_json(store, LiveKind::kTelemetry, "null"), viewers),
+                              fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{},\"refused\":{}}}\n",
+                                          hello, newest_json(store, LiveKind::kTelemetry, "null"),
+                                          clients.viewers, to_json_text(refused, JsonStyle::kCompact)),
                               kJson);
 }
 
 WebResponse statistics_response(const LiveStore& store) {
-  return WebResponse::of_text(200, newest_json(store, LiveKind::kStatistics, "{}") + "\n", kJson);
+  JsonValue all = JsonValue::object();
+  for (const LiveItem& item : store.items(LiveKind::kStatistics)) {
+    const auto part = parse_json(bytes_text(*item.payload), "statistics");
+    if (!part || !part->as_object()) continue;
+    for (const auto& [name, value] : *part->as_object()) all[name] = value;
+  }
+  return WebResponse::of_text(200, to_json_text(all, JsonStyle::kCompact) + "\n", kJson);
 }
 
 }  // namespace hm

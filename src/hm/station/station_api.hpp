@@ -24,8 +24,9 @@ class ExportMaker {
   ExportMaker(const ExportMaker&) = delete;
   ExportMaker& operator=(const ExportMaker&) = delete;
 
-  /// Answers later, from the maker's thread, or now if there is no such file or there are too many requests.
-  void make(const std::string& name, WebHandler::Answer answer);
+  /// Answers later, from the maker's thread, or now if there is no such file or there are too many requests
+  /// (false).
+  bool make(const std::string& name, WebHandler::Answer answer);
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
@@ -43,9 +44,15 @@ class ExportMaker {
   std::thread thread_;
 };
 
-/// `/api/status`: hello, telemetry and number of viewers.
-WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers);
-/// `/api/statistics`: the newest statistics.
+/// Who watches, and what was refused.
+struct StationClients {
+  std::size_t viewers = 0;
+  RefusalCounts refused;
+};
+
+/// `/api/status`: hello, telemetry, number of viewers, and what was refused.
+WebResponse status_response(const LiveStore& store, const std::string& hello, const StationClients& clients);
+/// `/api/statistics`: the newest statistics and the parameters, as one object.
 WebResponse statistics_response(const LiveStore& store);
 
 }  // namespace hm

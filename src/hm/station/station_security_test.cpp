@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "hm/io/bytes/json.hpp"
 #include "hm/station/station.hpp"
 #include "hm/station/testing/station_rig.hpp"
 #include "hm/station/web/access_rules.hpp"
@@ -117,6 +118,22 @@ TEST(StationAccess, PagesOfOtherOriginsAreRefused) {
   EXPECT_EQ(upgrade("/pilot", "https://app.foxglove.dev"), 403);
 }
 
+TEST(StationAccess, PagesOfOtherOriginsGetNothingOfTheApi) {
+  const auto station = start_station();
+  const auto status = [&](const std::string& path, const std::string& origin) {
+    WebClient client(port_of(*station));
+    return client.get(path, origin.empty() ? "" : "Origin: " + origin + "\r\n");
+  };
+  for (const std::string path : {"/api/status", "/api/statistics", "/api/mesh.ply"}) {
+    for (const std::string origin :
+         {"http://evil.com", "null", "http://127.0.0.1", "https://app.foxglove.dev"})
+      EXPECT_EQ(status(path, origin).status, 403) << path << " " << origin;
+    EXPECT_THAT(status(path, "http://evil.com").body, HasSubstr("pages of 'http://evil.com'"));
+  }
+  EXPECT_EQ(status("/api/status", "").status, 200);
+  EXPECT_EQ(status("/api/status", fmt::format("http://127.0.0.1:{}", port_of(*station))).status, 200);
+}
+
 TEST(StationAccess, AnswersTellTheBrowserWhatItMayDo) {
   const auto station = start_station();
   WebClient client(port_of(*station));
@@ -202,6 +219,51 @@ TEST_F(Viewer, ThatBreaksTheProtocolIsEndedWithTheReason) {
   EXPECT_EQ(after([](auto& client) { client.send_frame(9, std::string(126, 'x')); }).code(), 1002);
 }
 
+/// What `/api/status` says was refused for a reason.
+std::int64_t count_of_refused(std::uint16_t port, const std::string& token, const std::string& reason) {
+  WebClient client(port);
+  const auto answer = client.get("/api/status" + token);
+  const auto status = parse_json(answer.body, "status");
+  if (!status || !status->find("refused")) return -1;
+  const auto* count = status->find("refused")->find_as<std::int64_t>(reason);
+  return count ? *count : -1;
+}
+
+TEST_F(Viewer, ThatIsRefusedIsCountedByTheReason) {
+  const auto port = port_of(*station);
+  const auto refused = [&](const std::string& reason) { return count_of_refused(port, "", reason); };
+  for (const auto name : RefusalCounts::kNames) EXPECT_EQ(refused(std::string(name)), 0) << name;
+  after([](auto& client) { client.send_text("{"); });
+  after([](auto& client) { client.send_frame(11, "reserved"); });
+  EXPECT_TRUE(wait_until([&] { return refused("message") == 2; }));
+  after([](auto& client) { client.send_text(std::string(65'537, ' ')); });
+  EXPECT_TRUE(wait_until([&] { return refused("too_big") == 1; }));
+  after([](auto& client) {
+    for (int i = 0; i < 1000; ++i)
+      client.send_text(R"({"type":"view","position":[0,0,0],"direction":[1,0,0]})");
+  });
+  EXPECT_TRUE(wait_until([&] { return refused("too_many") == 1; }));
+  EXPECT_EQ(refused("message"), 2);
+  WebClient(port).get("/api/status", "Origin: http://evil.com\r\n");
+  WebClient(port).upgrade("/live", "Origin: http://evil.com\r\n");
+  EXPECT_EQ(refused("origin"), 2);
+  WebClient(port).upgrade("/live", "", "evil.com");
+  EXPECT_EQ(refused("host"), 1);
+  WebClient(port).get("/", "", "POST");
+  EXPECT_EQ(refused("request"), 1);
+  EXPECT_EQ(refused("token"), 0);
+}
+
+TEST_F(PublicStation, CountsRequestsWithoutTheToken) {
+  WebClient client(port_of(*station));
+  client.get("/api/status");
+  WebClient socket(port_of(*station));
+  socket.upgrade("/live?token=1");
+  end_of(socket);
+  EXPECT_TRUE(
+      wait_until([&] { return count_of_refused(port_of(*station), "?token=" + token, "token") == 2; }));
+}
+
 TEST_F(Viewer, CannotPilot) {
   const auto end = after([](auto& client) {
     client.send_text(R"({"type":"command","sequence":1,"kind":"take_off","age_ms":0,"expires_ms":1000})");
@@ -231,6 +293,7 @@ TEST_F(Viewer, MayBeOneOfSixteen) {
   const auto end = end_of(late);
   EXPECT_EQ(end.code(), 1013);
   EXPECT_EQ(end.reason(), "16 viewers are connected already");
+  EXPECT_EQ(count_of_refused(port_of(*station), "", "full"), 1);
   clients.pop_back();
   EXPECT_TRUE(wait_until([&] { return station->viewers() == 15; }));
   WebClient next(port_of(*station));

@@ -54,6 +54,16 @@ TEST(Station, AnswersStatus) {
   EXPECT_EQ(missing.body, "/api/mesh.ply: there is no such file here\n");
 }
 
+TEST(Station, AnswersStatisticsWithTheParameters) {
+  const auto station = start_station();
+  WebClient client(port_of(*station));
+  EXPECT_EQ(client.get("/api/statistics").body, "{}\n");
+  station->store().put(LiveKind::kStatistics, 0, {}, text_bytes(R"({"time_s":1.5})"));
+  station->store().put(LiveKind::kStatistics, kParametersSlot, {}, text_bytes(R"({"parameters":"x = 1"})"));
+  EXPECT_EQ(client.get("/api/statistics").body, R"({"time_s":1.5,"parameters":"x = 1"})"
+                                                "\n");
+}
+
 struct AcceptingFlight : PilotHandler {
   void take(const PilotOrder& order) override {
     station->answer(order.sequence, order.kind == "land", "in flight");
@@ -95,6 +105,8 @@ TEST(Station, APilotFliesOverTheSocket) {
     EXPECT_EQ(read_pilot_text(client),
               R"({"type":"answer","sequence":8,"accepted":false,"reason":"in flight"})");
     EXPECT_EQ(flight.holds, 0);
+    WebClient other(port_of(*station));
+    EXPECT_THAT(other.get("/api/status").body, HasSubstr(R"("command":1})"));
   }
   for (int i = 0; i < 200 && flight.holds == 0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

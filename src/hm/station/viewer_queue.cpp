@@ -55,9 +55,12 @@ void ViewerQueue::look(const Vec3& position_m, const Vec3& direction) {
   plan_stale_ = true;
 }
 
-bool ViewerQueue::acknowledge(std::uint32_t sequence, Duration now) {
-  // The frames before the queue's first one are none of its business.
-  return rate_.acknowledge(sequence, now) || sequence < sequence_;
+Acknowledged ViewerQueue::acknowledge(std::uint32_t sequence, Duration now) {
+  if (sequence >= sequence_) return Acknowledged::kNeverSent;
+  if (sequence < acknowledged_) return Acknowledged::kBackwards;
+  acknowledged_ = sequence;
+  rate_.acknowledge(sequence, now);
+  return Acknowledged::kTaken;
 }
 
 void ViewerQueue::collect() {

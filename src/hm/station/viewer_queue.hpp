@@ -22,6 +22,9 @@ struct QueuedFrame {
   float age_s = 0;  ///< of a mesh page: to be added to the age in its payload
 };
 
+/// What an acknowledgement is worth: a frame twice is taken.
+enum class Acknowledged { kTaken, kNeverSent, kBackwards };
+
 /// What one viewer does not have yet: a set of slots, never a queue of states. The newest state of each is
 /// read from the store when its turn comes, so that memory is bounded by the number of slots and every viewer
 /// ends with the same model. Poses, plans, telemetry and events come first; scans, paths, tiles, pictures and
@@ -46,8 +49,8 @@ class ViewerQueue {
   void know(PageKey key, std::uint32_t version, std::uint8_t level);
   /// Where the viewer looks from and to, in `map`.
   void look(const Vec3& position_m, const Vec3& direction);
-  /// False: a frame that was never sent.
-  bool acknowledge(std::uint32_t sequence, Duration now);
+  /// Everything up to `sequence` has arrived; what is not taken changes nothing.
+  Acknowledged acknowledge(std::uint32_t sequence, Duration now);
   /// Next frame; nothing when the viewer has everything, or has to acknowledge first.
   std::optional<QueuedFrame> next(Duration now);
 
@@ -86,7 +89,8 @@ class ViewerQueue {
   QueuedFrame send(LiveKind kind, Time stamp, Payload payload, Duration now);
 
   const LiveStore& store_;
-  std::uint32_t sequence_;
+  std::uint32_t sequence_;          ///< of the next frame
+  std::uint32_t acknowledged_ = 0;  ///< the newest frame that was
   DeliveryRate rate_;
   std::uint64_t seen_change_ = 0;
   std::vector<LiveChange> changes_;

@@ -78,7 +78,7 @@ Viewer drain(ViewerQueue& queue, Duration now = {}) {
   Viewer viewer;
   while (const auto frame = queue.next(now)) {
     viewer.take(*frame);
-    EXPECT_TRUE(queue.acknowledge(frame->sequence, now));
+    EXPECT_EQ(queue.acknowledge(frame->sequence, now), Acknowledged::kTaken);
   }
   return viewer;
 }
@@ -109,7 +109,7 @@ class Line {
     }
     if (now_ms_ % 20 == 0 && newest_ != 0) acks_.push_back({now_ms_ + delay_ms_, newest_});
     while (!acks_.empty() && acks_.front().first <= now_ms_) {
-      EXPECT_TRUE(queue_.acknowledge(acks_.front().second, now));
+      EXPECT_EQ(queue_.acknowledge(acks_.front().second, now), Acknowledged::kTaken);
       acks_.pop_front();
     }
   }
@@ -183,13 +183,28 @@ TEST(ViewerQueue, AViewerThatAcknowledgesNothingGetsAWindowAndNoMore) {
 TEST(ViewerQueue, AckOfAFrameThatWasNotSentIsRefused) {
   LiveStore store;
   ViewerQueue queue(store, 2);
-  EXPECT_TRUE(queue.acknowledge(1, {}));  // hello
-  EXPECT_FALSE(queue.acknowledge(2, {}));
+  EXPECT_EQ(queue.acknowledge(1, {}), Acknowledged::kTaken);  // hello
+  EXPECT_EQ(queue.acknowledge(2, {}), Acknowledged::kNeverSent);
   store.put(LiveKind::kPose, 0, {}, to_payload(PoseFrame{}));
   ASSERT_TRUE(queue.next({}));
-  EXPECT_TRUE(queue.acknowledge(2, {}));
-  EXPECT_TRUE(queue.acknowledge(2, {}));
-  EXPECT_FALSE(queue.acknowledge(3, {}));
+  EXPECT_EQ(queue.acknowledge(2, {}), Acknowledged::kTaken);
+  EXPECT_EQ(queue.acknowledge(2, {}), Acknowledged::kTaken);
+  EXPECT_EQ(queue.acknowledge(3, {}), Acknowledged::kNeverSent);
+}
+
+TEST(ViewerQueue, AckThatGoesBackwardsIsRefusedAndChangesNothing) {
+  LiveStore store;
+  ViewerQueue queue(store, 2);
+  for (std::uint64_t which = 0; which < 3; ++which)
+    store.put(LiveKind::kPose, which, {}, to_payload(PoseFrame{}));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(queue.next({}));
+  EXPECT_EQ(queue.acknowledge(3, {}), Acknowledged::kTaken);
+  const std::size_t pending = queue.rate().pending_bytes();
+  EXPECT_EQ(queue.acknowledge(2, {}), Acknowledged::kBackwards);
+  EXPECT_EQ(queue.acknowledge(1, {}), Acknowledged::kBackwards);
+  EXPECT_EQ(queue.rate().pending_bytes(), pending);
+  EXPECT_EQ(queue.acknowledge(4, {}), Acknowledged::kTaken);
+  EXPECT_EQ(queue.rate().pending_bytes(), 0u);
 }
 
 TEST(ViewerQueue, LittleIsSentFineAtOnce) {
@@ -330,7 +345,7 @@ TEST(ViewerQueue, WhatWasRemovedIsNotSent) {
   for (std::size_t i = 0; i < LiveStore::kMaxEvents + 50; ++i) store.add_event({}, "info", "");
   std::size_t events = 0;
   while (const auto frame = queue.next({})) {
-    EXPECT_TRUE(queue.acknowledge(frame->sequence, {}));
+    EXPECT_EQ(queue.acknowledge(frame->sequence, {}), Acknowledged::kTaken);
     ++events;
   }
   EXPECT_EQ(events, LiveStore::kMaxEvents);
@@ -363,7 +378,7 @@ TEST(ViewerQueue, ASlowerLineIsNoticed) {
     const auto frame = queue.next(Duration::from_seconds(now_s));
     if (!frame) break;
     now_s += static_cast<double>(frame->payload->size()) / 0.5e6;
-    EXPECT_TRUE(queue.acknowledge(frame->sequence, Duration::from_seconds(now_s)));
+    EXPECT_EQ(queue.acknowledge(frame->sequence, Duration::from_seconds(now_s)), Acknowledged::kTaken);
   }
   EXPECT_LT(queue.rate().bytes_per_s(), 1e6);
 }

@@ -30,6 +30,7 @@ class LiveLink {
   private retryTimer: ReturnType<typeof setTimeout> | null = null;
   private connection = 0;
   private toAcknowledge = 0;
+  private acknowledged = 0;
   private bytes = 0;
   private frames = 0;
 
@@ -47,6 +48,7 @@ class LiveLink {
     this.socket = socket;
     ++this.connection;
     this.toAcknowledge = 0;
+    this.acknowledged = 0;
     this.session.opened();
     socket.onmessage = event => this.receive(socket, event.data);
     socket.onclose = event => this.lost(socket, event.reason || (event.code === 1006 ? "the server cannot be reached" : `closed, code ${event.code}`));
@@ -60,14 +62,16 @@ class LiveLink {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
   }
 
+  /** Never backwards: what is not shown because it is no news is acknowledged before what the page still shows. */
   acknowledge({ connection, sequence }: Receipt): void {
-    if (connection !== this.connection) return;
+    if (connection !== this.connection || sequence <= Math.max(this.acknowledged, this.toAcknowledge)) return;
     if (this.toAcknowledge === 0) setTimeout(() => this.sendAcknowledgement(), ACKNOWLEDGE_AFTER_MS);
     this.toAcknowledge = sequence;
   }
 
   private sendAcknowledgement(): void {
     if (this.toAcknowledge > 0) this.send(JSON.stringify({ type: "ack", sequence: this.toAcknowledge }));
+    this.acknowledged = Math.max(this.acknowledged, this.toAcknowledge);
     this.toAcknowledge = 0;
   }
 

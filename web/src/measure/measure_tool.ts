@@ -14,7 +14,7 @@ export type Tool = (typeof TOOLS)[number];
 
 export interface Result { id: number; tool: Tool; texts: string[]; values: Measured[]; segments: number[]; label: Vec3 }
 
-const TOUCH_PX = 4, EYE_ABOVE_FLOOR_M = 1.2;
+const TOUCH_PX = 4, SAME_POINT_M = 1e-3, EYE_ABOVE_FLOOR_M = 1.2;
 const HINTS: Record<Tool, string[]> = {
   distance: ["Choose the first point", "Choose the second point"],
   height: ["Choose the first point", "Choose a higher or lower point"],
@@ -28,6 +28,7 @@ export class MeasureTool {
   readonly results: Result[] = [];
   limits: () => RayLimits = () => ({});
   onChange: () => void = () => {};
+  onTool: () => void = () => {};
   private points: MeasuredPoint[] = [];
   private nextId = 1;
   private readonly lines = new Lines({ color: "#ffe14d", widthPx: 3, onTop: true });
@@ -44,6 +45,7 @@ export class MeasureTool {
     this.tool = tool;
     this.points = [];
     this.changed();
+    this.onTool();
   }
 
   get hint(): string {
@@ -59,6 +61,13 @@ export class MeasureTool {
     const point = this.pointAt(x, y);
     if (point) this.add(point);
     return true;
+  }
+
+  /** As a click; the same point again closes an area. */
+  pick(x: number, y: number): void {
+    const last = this.points.at(-1)?.point, point = this.canClose ? this.pointAt(x, y)?.point : undefined;
+    if (last && point?.every((value, k) => Math.abs(value - last[k]) < SAME_POINT_M)) this.close();
+    else this.click(x, y);
   }
 
   close(): void {

@@ -2,7 +2,7 @@ import { byId, element } from "./dom.ts";
 
 const KEYS: [string[], string][] = [
   [["?"], "this help"], [["1", "2", "3", "4"], "orbit, walk, follow, plan"], [["F"], "the whole model"], [["C"], "next colours"], [["M"], "measure a distance"],
-  [["Esc"], "leave a tool"], [["←", "→", "↑", "↓"], "turn (the model is in focus)"], [["W", "A", "S", "D"], "move; E and Q: up and down"], [["+", "−"], "nearer, further"],
+  [["Enter"], "choose the point at the crosshair, which keys show while a tool is active; twice: close the area"], [["Esc"], "leave a tool"], [["←", "→", "↑", "↓"], "turn (the model is in focus)"], [["W", "A", "S", "D"], "move; E and Q: up and down"], [["+", "−"], "nearer, further"],
   [["P"], "pause or go on (replay)"], [["L"], "light or dark"], [["Space"], "emergency stop, where there is a vehicle to fly"],
 ];
 

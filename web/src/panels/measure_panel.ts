@@ -1,6 +1,8 @@
 import { TOOLS, type MeasureTool } from "../measure/measure_tool.ts";
 import { byId, element, titled } from "./dom.ts";
 
+const REPORT = "report";
+
 /** Tools, results, and what can be saved. */
 export class MeasurePanel {
   readonly page = element("div");
@@ -26,7 +28,14 @@ export class MeasurePanel {
 
   /** What the server offers under /api. */
   setExports(names: string[], query: string): void {
-    this.links.replaceChildren(...names.map(name => element("a", { class: "button", href: `api/${name}${query}`, download: name }, name)));
+    this.links.replaceChildren(...names.map(name => element("a", { class: "button", href: `api/${name}${query}`, download: name === REPORT ? "report.html" : name,
+                                                                   "data-name": name, hidden: name === REPORT }, name)));
+  }
+
+  /** A run writes its report at its end. */
+  setEnded(ended: boolean): void {
+    const report = this.links.querySelector<HTMLElement>(`[data-name=${REPORT}]`);
+    if (report) report.hidden = !ended;
   }
 
   private update(): void {

@@ -19,6 +19,7 @@ export class PilotPanel implements PilotListener {
   /** The next click in the model chooses where to go. */
   choosing = false;
   onKeysTaken: (taken: boolean) => void = () => {};
+  onChoosing: () => void = () => {};
   private readonly client: PilotClient;
   private readonly machine = new MachineDrawing();
   private readonly reason = element("p", { class: "reason", role: "status" });
@@ -158,7 +159,8 @@ export class PilotPanel implements PilotListener {
     this.steering = moving;
   }
 
-  private choose(on: boolean): void {
+  /** Whether the next click in the model chooses where to go. */
+  choose(on: boolean): void {
     this.choosing = on;
     if (on) this.goal = null;
     this.confirm.hidden = true;
@@ -166,6 +168,7 @@ export class PilotPanel implements PilotListener {
     byId("hint").hidden = !on;
     byId("hint").textContent = "Choose where to go: the vehicle keeps its height over a floor";
     byId("stage").dataset.tool = on ? "go" : "";
+    this.onChoosing();
   }
 
   private flyThere(): void {

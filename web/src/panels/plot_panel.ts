@@ -2,7 +2,8 @@ import uPlot from "uplot";
 import type { Statistics, Telemetry } from "../protocol/messages.ts";
 import type { Pose } from "../protocol/frames.ts";
 import { element, titled } from "./dom.ts";
-import { bytes, figure } from "./numbers.ts";
+import type { LinkCounts } from "../live/worker_messages.ts";
+import { bytes, count, figure } from "./numbers.ts";
 import { cssColor } from "./theme.ts";
 import { TimeSeries } from "./time_series.ts";
 
@@ -54,18 +55,21 @@ function newest(column: ArrayLike<number | null | undefined>): number | null {
   return null;
 }
 
+const listed = (rows: string[][]): HTMLElement[] => rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]);
+
 /** Curves of what the server measures, counts, and the parameters in effect. */
 export class PlotPanel {
   readonly page = element("div");
   private readonly plots = Object.fromEntries(Object.entries(PLOTS).map(([name, [title, unit]]) => [name, new Plot(title, unit)])) as Record<PlotName, Plot>;
   private readonly counts = element("dl", { class: "values" });
+  private readonly link = element("dl", { class: "values", id: "link-counts" });
   private readonly parameters = element("pre");
   private readonly parameterBox = element("details", { hidden: true }, element("summary", {}, "Parameters in effect"), this.parameters);
   private shown = false;
   private vehicleSeen = false;
 
   constructor() {
-    this.page.append(...Object.values(this.plots).map(plot => plot.box), titled("Numbers", this.counts), this.parameterBox);
+    this.page.append(...Object.values(this.plots).map(plot => plot.box), titled("Numbers", this.counts), titled("This page", this.link), this.parameterBox);
     new ResizeObserver(() => this.draw()).observe(this.page);
   }
 
@@ -84,7 +88,7 @@ export class PlotPanel {
 
   pose(timeS: number, pose: Pose): void {
     this.plots.deviation.series.add(timeS, { [pose.which]: pose.deviationM });
-    if (!this.vehicleSeen) this.plots.height.series.add(timeS, { camera: pose.position[2] });
+    if (!this.vehicleSeen && pose.which === "camera") this.plots.height.series.add(timeS, { camera: pose.position[2] });
   }
 
   statistics(timeS: number, { stages, rates, counts, memory, parameters }: Statistics): void {
@@ -96,9 +100,16 @@ export class PlotPanel {
       this.parameters.textContent = parameters;
       this.parameterBox.hidden = false;
     }
+    if (!counts && !memory) return;
     const rows = [...Object.entries(counts ?? {}).map(([name, value]) => [name, String(value ?? "-")]),
                   ...Object.entries(memory ?? {}).map(([name, value]) => [name, value === null ? "-" : bytes(value)])];
-    if (this.shown) this.counts.replaceChildren(...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
+    if (this.shown) this.counts.replaceChildren(...listed(rows));
+  }
+
+  /** What this page received, and what it did not take. */
+  received({ bytes: size, frames, skipped, refused, outdated }: LinkCounts): void {
+    this.link.replaceChildren(...listed([["received", bytes(size)], ["frames", count(frames)], ["of unknown kinds, skipped", String(skipped)],
+                                         ["against the rules, refused", String(refused)], ["older than what is there, left out", String(outdated)]]));
   }
 
   draw(): void {

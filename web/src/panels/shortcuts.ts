@@ -9,6 +9,7 @@ export function startShortcuts(keys: Record<string, () => void>, stop: () => boo
   window.addEventListener("keydown", event => {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey || target.matches("input:not([type=range]):not([type=checkbox]), select, textarea")) return;
+    if (event.key === "Enter" && (event.repeat || target.matches("button, a, summary, input, dialog *"))) return;  // it presses them
     const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (act) act();
   });

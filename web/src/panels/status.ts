@@ -54,10 +54,11 @@ export class Status {
   }
 
   private showWords(): void {
-    const words = [...this.telemetry.words ?? []], { verdict, state } = this.telemetry;
+    const words = [...this.telemetry.words ?? []], { verdict, state, reason } = this.telemetry;
     // Without telemetry at least the pose says whether it is lost.
     if (words.length === 0 && this.lost && !verdict) words.push({ level: "bad", text: "Lost: go back to what is already in the model" });
-    if (verdict) words.push({ level: state === "failed" ? "bad" : VERDICT_LEVELS[verdict.verdict] ?? "bad", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
+    if (state === "failed") words.unshift({ level: "bad", text: "Failed", number: reason || "the run told no reason" });
+    if (verdict) words.push({ level: VERDICT_LEVELS[verdict.verdict] ?? "bad", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
     this.draw(words);
   }
 

@@ -31,6 +31,7 @@ export interface Vehicle {
 
 export interface Telemetry {
   state?: "running" | "paused" | "finished" | "failed";
+  reason?: string;  // why it failed
   progress?: { done: number; total: number; stage?: string };
   words?: Word[];
   coverage?: { area_m2?: number | null; share?: number | null };

@@ -64,6 +64,7 @@ void FlightBoard::receive(Time now, const UpMessage& message) {
     if (observer_ != nullptr) observer_->on_height({now, *height});
   } else if (const auto* obstacles = std::get_if<ObstacleMessage>(&message)) {
     obstacles_ = *obstacles;
+    if (observer_ != nullptr) observer_->on_obstacles({now, *obstacles});
   } else if (const auto* command = std::get_if<FlightCommand>(&message)) {
     enqueue(commands_, *command, commanded_);
   } else if (const auto* question = std::get_if<TimeQuestion>(&message)) {

@@ -20,6 +20,8 @@ class FlightObserver {
   /// A pose or a height reached the board.
   virtual void on_pose(const Received<PoseMessage>& /*pose*/) {}
   virtual void on_height(const Received<HeightMessage>& /*height*/) {}
+  /// Distances of obstacles reached the board.
+  virtual void on_obstacles(const Received<ObstacleMessage>& /*obstacles*/) {}
   /// The records of a step of the core, in the order in which a replay feeds them.
   virtual void on_core_step(std::span<const CoreTraceRecord> /*records*/) {}
 };

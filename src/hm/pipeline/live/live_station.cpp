@@ -10,6 +10,7 @@
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/report/floor_plan_svg.hpp"
+#include "hm/station/page_files.hpp"
 #include "hm/station/web/qr_text.hpp"
 
 namespace hm {
@@ -103,7 +104,21 @@ std::vector<StationExport> LiveStation::exports(const LiveStationOptions& option
   if (!options.report.empty())
     files.push_back(
         {"report", "text/html; charset=utf-8", [path = options.report] { return report_file(path); }});
+  if (!options.report_to_come.empty())
+    files.push_back({"report", "text/html; charset=utf-8", [this] { return report_of_run(); }});
   return files;
+}
+
+Result<std::vector<std::byte>> LiveStation::report_of_run() const {
+  if (is_report_written_) return report_file(report_to_come_);
+  return fail(ErrorCode::kNotFound, report_to_come_.filename().string(), "the run has written no report yet");
+}
+
+/// An older report lies in the folder of a run that failed before it wrote one.
+void LiveStation::offer_report() {
+  std::error_code code;
+  const auto written_at = std::filesystem::last_write_time(report_to_come_, code);
+  is_report_written_ = !code && written_at >= opened_at_;
 }
 
 LiveStation::~LiveStation() {
@@ -121,6 +136,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   station.port_given = address->port_given;
   station.source = JsonValue::object({{"verb", options.verb}, {"name", options.name}});
   station.program_version = options.program_version;
+  session->report_to_come_ = options.report_to_come;
   station.exports = session->exports(options);
   station.pilot = options.pilot;
   station.replay = options.replay;
@@ -131,11 +147,18 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   return session;
 }
 
-std::string LiveStation::announcement() const {
-  const std::string url = station_->url();
+std::string live_announcement(const std::string& url, bool is_public, bool has_page) {
   // The address last: what a caller adds stands behind it.
-  const std::optional<std::string> code = station_->is_public() ? qr_text(url) : std::nullopt;
-  return (code ? "\n" + *code : "") + "live view: " + url;
+  const std::optional<std::string> code = is_public ? qr_text(url) : std::nullopt;
+  const std::string no_page = has_page
+                                  ? ""
+                                  : "the page was not built: install nodejs and npm, then call ./hm serve; "
+                                    "until then the address shows only /api, /live and /foxglove\n";
+  return no_page + (code ? "\n" + *code : "") + "live view: " + url;
+}
+
+std::string LiveStation::announcement() const {
+  return live_announcement(station_->url(), station_->is_public(), !page_files().empty());
 }
 
 }  // namespace hm

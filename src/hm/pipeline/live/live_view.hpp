@@ -34,16 +34,18 @@ struct LiveNumbers {
   std::string_view stage;
   std::size_t done = 0, total = 0;  ///< total 0: unknown
   Named stages_ms, counts, memory;  ///< milliseconds of the last frame; numbers; bytes
+  Named rates_hz = {};              ///< besides that of the frames
 };
 
 /// A vehicle at a moment.
 struct LiveVehicle {
   Time stamp;
   SE3 T_map_base;
-  double sigma_m = 0;                       ///< of the position; 0: unknown
-  Vec3 velocity_m_s = Vec3::Zero();         ///< in the level frame of the vehicle
-  std::optional<double> height_m, floor_m;  ///< by the laser; level of the floor in `odom`
-  std::string state, phase;                 ///< of the autopilot; empty: nothing is controlled
+  double sigma_m = 0;                        ///< of the position; 0: unknown
+  std::optional<Vec3> true_position_m = {};  ///< where a simulation knows it
+  Vec3 velocity_m_s = Vec3::Zero();          ///< in the level frame of the vehicle
+  std::optional<double> height_m, floor_m;   ///< by the laser; level of the floor in `odom`
+  std::string state, phase;                  ///< of the autopilot; empty: nothing is controlled
   bool armed = false;
   std::optional<double> battery_ratio;
   LiveNumbers::Named links_s;  ///< age of the last message of each link

@@ -156,7 +156,8 @@ void StationView::show_camera(const CameraNote& camera) {
   }
   if (advice_pace_.due(camera.at) || !camera.T_map_camera)
     advice_ = adviser_.advise({camera.stamp, camera.T_map_camera, camera.trouble, camera.has_frame, look_});
-  if (camera.T_map_camera) extend_path(camera.T_map_camera->translation(), camera.at);
+  if (camera.T_map_camera) extend_path(LivePath::kTrajectory, camera.T_map_camera->translation());
+  put_longer_paths(camera.at);
   if (telemetry_pace_.due(camera.at)) put_telemetry();
 }
 
@@ -175,7 +176,9 @@ void StationView::on_vehicle(const LiveVehicle& vehicle) {
   if (!began_) began_ = now_;
   const auto now = Clock::now();
   ++frames_counted_;
-  extend_path(vehicle.T_map_base.translation(), now);
+  extend_path(LivePath::kTrajectory, vehicle.T_map_base.translation());
+  if (vehicle.true_position_m) extend_path(LivePath::kTruth, *vehicle.true_position_m);
+  put_longer_paths(now);
   if (pose_pace_.due(now)) {
     PoseFrame frame = pose_frame(vehicle.T_map_base, vehicle.sigma_m);
     frame.which = PoseFrame::Which::kVehicle;
@@ -203,13 +206,21 @@ void StationView::on_vehicle(const LiveVehicle& vehicle) {
   put_telemetry();
 }
 
-void StationView::extend_path(const Vec3& point_m, Clock::time_point now) {
-  auto& path = paths_[LivePath::kTrajectory];
+void StationView::extend_path(LivePath which, const Vec3& point_m) {
+  auto& path = paths_[which];
   const Eigen::Vector3f point = point_m.cast<float>();
   if (!path.empty() && (path.back() - point).norm() < static_cast<float>(kPathStep_m)) return;
   path.push_back(point);
-  if (path_pace_.due(now)) put_path(LivePath::kTrajectory, chunks_put_[LivePath::kTrajectory]);
-  if (share_pace_.due(now)) pages_.seen().count(path);
+  longer_paths_.insert(which);
+}
+
+void StationView::put_longer_paths(Clock::time_point now) {
+  if (longer_paths_.empty()) return;
+  if (path_pace_.due(now)) {
+    for (const LivePath which : longer_paths_) put_path(which, chunks_put_[which]);
+    longer_paths_.clear();
+  }
+  if (share_pace_.due(now)) pages_.seen().count(paths_[LivePath::kTrajectory]);
 }
 
 void StationView::on_path(LivePath which, std::span<const Vec3> points_map_m) {
@@ -268,7 +279,8 @@ void StationView::on_numbers(const LiveNumbers& numbers) {
   std::optional<Statistics> statistics;
   if (statistics_pace_.due(Clock::now()) || is_last) {
     const auto copy = [](const LiveNumbers::Named& named) { return Named(named.begin(), named.end()); };
-    statistics = {copy(numbers.stages_ms), copy(numbers.counts), copy(numbers.memory)};
+    statistics = {copy(numbers.stages_ms), copy(numbers.counts), copy(numbers.memory),
+                  copy(numbers.rates_hz)};
   }
   hand_over([&](Shown& shown) {
     shown.progress = {std::string(numbers.stage), numbers.done, numbers.total};
@@ -293,19 +305,23 @@ void StationView::put_statistics(const Statistics& numbers) {
   memory["process"] = static_cast<double>(resident_bytes());
   JsonValue counts = object_of(numbers.counts);
   for (const auto& [name, value] : counts_) counts[name] = value;
+  JsonValue rates = JsonValue::object({{"frames", frames_per_s_}});
+  for (const auto& [name, value] : numbers.rates_hz) rates[name] = value;
   counts["pages"] = static_cast<std::int64_t>(work.pages);
   JsonValue json = JsonValue::object({{"time_s", began_ ? (now_ - *began_).seconds() : 0.0},
                                       {"stages", object_of(numbers.stages_ms)},
-                                      {"rates", JsonValue::object({{"frames", frames_per_s_}})},
+                                      {"rates", rates},
                                       {"counts", counts},
                                       {"memory", memory}});
-  if (!parameters_toml_.empty()) json["parameters"] = parameters_toml_;
   put_json(LiveKind::kStatistics, json);
 }
 
+/// In a frame of their own: they are too long to be sent with all numbers.
 void StationView::on_parameters(const std::string& toml) {
   const auto lock = caught_up();
-  parameters_toml_ = toml;
+  const JsonValue json = JsonValue::object({{"parameters", toml}});
+  store_.put(LiveKind::kStatistics, kParametersSlot, now_,
+             text_bytes(to_json_text(json, JsonStyle::kCompact)));
 }
 
 void StationView::put_telemetry() {
@@ -348,6 +364,8 @@ void StationView::set_state(std::string state, std::string reason) {
   const auto lock = caught_up();
   state_ = std::move(state);
   state_reason_ = std::move(reason);
+  if (state_ == "failed")
+    store_.add_event(now_, "error", state_reason_.empty() ? "failed" : "failed: " + state_reason_);
   put_telemetry();
 }
 

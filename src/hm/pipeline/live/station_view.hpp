@@ -3,6 +3,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,7 +41,8 @@ class StationView : public LiveView {
   void on_parameters(const std::string& toml) override;
   void on_end(const RunVerdict& verdict) override;
 
-  /// The state that telemetry tells: "running", "paused", "finished", "failed".
+  /// The state that telemetry tells: "running", "paused", "finished", "failed"; the latter is an event too.
+  /// `reason`: why it failed, for people.
   void set_state(std::string state, std::string reason = {});
   /// Place in a replay: {time_s, begin_s, end_s, speed, paused}.
   void set_replay(JsonValue replay);
@@ -78,7 +80,7 @@ class StationView : public LiveView {
   };
   using Named = std::vector<std::pair<std::string, double>>;
   struct Statistics {
-    Named stages_ms, counts, memory;
+    Named stages_ms, counts, memory, rates_hz;
   };
   /// What was shown and not looked at.
   struct Shown {
@@ -107,7 +109,8 @@ class StationView : public LiveView {
   void put_json(LiveKind kind, const JsonValue& json);
   void put_telemetry();
   void put_statistics(const Statistics& numbers);
-  void extend_path(const Vec3& point_m, Clock::time_point now);
+  void extend_path(LivePath which, const Vec3& point_m);
+  void put_longer_paths(Clock::time_point now);
   void put_path(LivePath which, std::size_t first_chunk);
   void add_event(LogLevel level, const std::string& text);
 
@@ -130,11 +133,12 @@ class StationView : public LiveView {
   std::optional<Time> began_;
   std::map<LivePath, std::vector<Eigen::Vector3f>> paths_;
   std::map<LivePath, std::size_t> chunks_put_;
+  std::set<LivePath> longer_paths_;  ///< than what was put
   std::vector<ScanAdvice> advice_;
   std::map<std::string, double> counts_;
   JsonValue progress_, vehicle_, replay_, verdict_;
-  std::string state_ = "running", state_reason_, parameters_toml_;
-  bool was_lost_ = false, parameters_put_ = false;
+  std::string state_ = "running", state_reason_;
+  bool was_lost_ = false;
   std::optional<Clock::time_point> counted_since_;
   std::size_t frames_counted_ = 0;
   double frames_per_s_ = 0;

@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <string>
 #include <variant>
 
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/image/image_file.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mesh/pages/mesh_page.hpp"
 #include "hm/pipeline/live/live_station.hpp"
@@ -197,6 +201,30 @@ TEST(StationView, TellsStateVerdictAndWhenTrackingIsLost) {
   EXPECT_THAT(events, testing::HasSubstr("lost: 9 inliers, 20 are needed"));
 }
 
+TEST(StationView, TellsWhyARunFailed) {
+  LiveStore store;
+  StationView view(store);
+  view.set_state("failed", "the camera was unplugged after 4.0 s");
+  const Seen now(store);
+  EXPECT_EQ(*now.json(LiveKind::kTelemetry).find("state")->as_string(), "failed");
+  EXPECT_EQ(now.json(LiveKind::kTelemetry).text_at("reason"), "the camera was unplugged after 4.0 s");
+  const JsonValue event = now.json(LiveKind::kEvent);
+  EXPECT_EQ(event.text_at("level"), "error");
+  EXPECT_EQ(event.text_at("text"), "failed: the camera was unplugged after 4.0 s");
+}
+
+TEST(StationView, SendsTheParametersOnceBesideTheNumbers) {
+  LiveStore store;
+  StationView view(store);
+  view.on_parameters("[tsdf]\nvoxel_size_m = 0.02\n");
+  view.on_numbers({"testing", 3, 3, {{"stage", 2.5}}, {}, {}});
+  view.flush();
+  const auto parts = store.items(LiveKind::kStatistics);
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_THAT(std::string(bytes_text(*parts[0].payload)), testing::Not(testing::HasSubstr("parameters")));
+  EXPECT_EQ(bytes_text(*parts[1].payload), R"({"parameters":"[tsdf]\nvoxel_size_m = 0.02\n"})");
+}
+
 TEST(ScanAdviser, SaysWhatIsWrongWithTheNumber) {
   ScanAdviser adviser;
   EXPECT_TRUE(adviser.advise(moment_of(view_of_wall(0, 1))).empty());
@@ -300,11 +328,39 @@ TEST(LiveStation, UnderstandsAddressesAndRefusesOthers) {
   }
   const auto station = open("127.0.0.1");
   ASSERT_TRUE(station);
-  EXPECT_THAT((*station)->announcement(), testing::StartsWith("live view: http://127.0.0.1:"));
+  EXPECT_THAT((*station)->announcement(), testing::HasSubstr("live view: http://127.0.0.1:"));
   const auto open_to_all = open("0.0.0.0");
   ASSERT_TRUE(open_to_all);
   EXPECT_THAT((*open_to_all)->announcement(),
               testing::AllOf(testing::HasSubstr("\u2588\u2588"), testing::HasSubstr("?token=")));
+}
+
+TEST(LiveStation, SaysWhenThePageWasNotBuilt) {
+  EXPECT_EQ(live_announcement("http://127.0.0.1:1/", false, true), "live view: http://127.0.0.1:1/");
+  const std::string without = live_announcement("http://127.0.0.1:1/", false, false);
+  EXPECT_THAT(without, testing::StartsWith("the page was not built: install nodejs and npm"));
+  EXPECT_THAT(without, testing::EndsWith("live view: http://127.0.0.1:1/"));
+}
+
+TEST(LiveStation, OffersTheReportOfARunWhenItIsWritten) {
+  const TemporaryFolder folder;
+  const auto report = folder.path() / "report.html";
+  std::ofstream(report) << "of an earlier run";
+  std::filesystem::last_write_time(report,
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  const auto live =
+      LiveStation::open({.verb = "test", .name = "test", .listen = "0", .report_to_come = report});
+  ASSERT_TRUE(live);
+  ASSERT_FALSE((*live)->report_of_run());
+  EXPECT_EQ((*live)->report_of_run().error().code, ErrorCode::kNotFound);
+  EXPECT_EQ((*live)->report_of_run().error().message, "the run has written no report yet");
+  (*live)->offer_report();
+  EXPECT_FALSE((*live)->report_of_run()) << "that of an earlier run";
+  std::ofstream(report) << "<html>of this run";
+  EXPECT_FALSE((*live)->report_of_run());
+  (*live)->offer_report();
+  ASSERT_TRUE((*live)->report_of_run());
+  EXPECT_EQ(bytes_text(*(*live)->report_of_run()), "<html>of this run");
 }
 
 }  // namespace

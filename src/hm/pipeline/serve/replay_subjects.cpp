@@ -54,6 +54,7 @@ class ReplayOfPoses : public ReplayOfFrames {
   void begin() {
     pipeline_.emplace(parameters_, recording_.camera(), run_.threads);
     pipeline_->observe_mesh(run_.view);
+    integrated_ = skipped_ = 0;
   }
   void forget() override { begin(); }
   void settle() override { run_.view->on_mesh_complete(pipeline_->mesher()); }
@@ -61,10 +62,24 @@ class ReplayOfPoses : public ReplayOfFrames {
     const FrameOutcome outcome = pipeline_->process(frame);
     const auto T_map_camera = outcome.integrated ? std::optional(outcome.T_world_camera) : std::nullopt;
     run_.view->on_camera({frame.stamp, &frame, recording_.camera(), T_map_camera, outcome.skipped_because});
+    (outcome.integrated ? integrated_ : skipped_) += 1;
+    show_numbers(outcome, frame.index + 1);
+  }
+  void show_numbers(const FrameOutcome& outcome, std::size_t done) const {
+    LiveNumbers numbers{"replay", done, count(), {}, {}, {}};
+    numbers.stages_ms = {{"allocate", outcome.scan.allocate_ms},
+                         {"integrate", outcome.scan.integrate_ms},
+                         {"carve", outcome.scan.carve_ms},
+                         {"mesh", outcome.mesh_ms},
+                         {"pack", outcome.pack_ms}};
+    numbers.counts = {{"frames integrated", integrated_}, {"frames skipped", skipped_}};
+    numbers.memory = {{"map", static_cast<double>(pipeline_->grid().map_bytes())}};
+    run_.view->on_numbers(numbers);
   }
 
   const DenseParameters& parameters_;
   std::optional<DensePipeline> pipeline_;
+  double integrated_ = 0, skipped_ = 0;  ///< frames
 };
 
 /// Gives the frames that were added to a pipeline again, by their order.

@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "hm/core/params.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -14,10 +15,12 @@
 #include "hm/mapping/map_store.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/common/mvog_file.hpp"
+#include "hm/pipeline/dense/reconstruction.hpp"
 #include "hm/pipeline/inspect/file_check.hpp"
 #include "hm/pipeline/laser/run/laser_run_view.hpp"
 #include "hm/pipeline/serve/replay.hpp"
 #include "hm/pipeline/serve/replay_subjects.hpp"
+#include "hm/pipeline/serve/result_numbers.hpp"
 #include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 
@@ -80,8 +83,28 @@ void show_trajectory(const Path& path, StationView& view) {
   view.on_path(LivePath::kTrajectory, points);
 }
 
-/// What the run said that its result is worth, where its report tells.
-void show_verdict(const Path& report, StationView& view) {
+/// As LiveNumbers, which refer to the names.
+LiveNumbers::Named names_of(const ResultNumbers::Named& named) { return {named.begin(), named.end()}; }
+
+/// Numbers of what is finished; besides, the view shows what it knows itself.
+void show_numbers(const ResultNumbers& result, StationView& view) {
+  LiveNumbers numbers;
+  numbers.stages_ms = names_of(result.stages_ms);
+  numbers.counts = names_of(result.counts);
+  numbers.memory = names_of(result.memory);
+  numbers.rates_hz = names_of(result.rates_hz);
+  view.on_numbers(numbers);
+}
+
+/// The parameters that a result was made with, where they stand beside it.
+void show_parameters(const Path& path, StationView& view) {
+  const auto bytes = read_file_bytes(path, kMaxTomlBytes);
+  if (!bytes) return;
+  view.on_parameters({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+}
+
+/// What the run said that its result is worth, and its numbers, where its report tells.
+void show_report(const Path& report, StationView& view) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 26;
   const auto bytes = read_file_bytes(report, kMostBytes);
   if (!bytes) return;
@@ -89,6 +112,7 @@ void show_verdict(const Path& report, StationView& view) {
       parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, report.string());
   if (!json) return view.on_event(LogLevel::kWarning, to_string(json.error()));
   if (json->find("verdict")) view.on_end(verdict_of_report(*json));
+  show_numbers(numbers_of_report(*json), view);
 }
 
 /// A folder of results: its map or mesh, its occupancy map, its path, its verdict.
@@ -107,7 +131,8 @@ Result<void> show_result(const ServeOptions& options, StationView& view) {
     if (const auto shown = show_occupancy(*occupancy, options.laser.laser.run, view); !shown) return shown;
   if (const auto path = first_of(options.path, {"trajectory.tum", "trajectory.txt"}))
     show_trajectory(*path, view);
-  show_verdict(options.path / "report.json", view);
+  show_parameters(options.path / "parameters.toml", view);
+  show_report(options.path / "report.json", view);
   return {};
 }
 
@@ -175,15 +200,23 @@ class Server {
   std::unique_ptr<LiveStation> station_;
 };
 
+/// A map tells itself what it was made with.
+Result<void> show_map_alone(const ServeOptions& options, StationView& view) {
+  if (auto parameters = parameters_of_map(options.path))
+    view.on_parameters(list_dense(*parameters).to_toml());
+  return show_map(options.path, options.run, view);
+}
+
 Result<void> serve_file(const ServeOptions& options, Server& server, const std::string& what) {
   const Path report = what == "result" ? options.path / "report.html" : Path();
   if (const auto opened = server.open(false, is_there(report) ? report : Path()); !opened) return opened;
   Result<void> shown;
   if (what == "result") shown = show_result(options, server.view());
-  if (what == "map") shown = show_map(options.path, options.run, server.view());
+  if (what == "map") shown = show_map_alone(options, server.view());
   if (what == "mesh") shown = show_mesh_file(options.path, server.view());
   if (what == "occupancy map") shown = show_occupancy(options.path, options.laser.laser.run, server.view());
   if (!shown) return shown;
+  if (what != "result") show_numbers({}, server.view());
   server.stay();
   return {};
 }
@@ -196,9 +229,11 @@ Result<void> serve_recording(const ServeOptions& options, Server& server) {
   run.view = &server.view();
   DenseParameters dense;
   static_cast<DenseParams&>(dense) = options.rgbd;
-  const auto subject = (*recording)->info().posed_count > 0
-                           ? replay_of_poses(**recording, dense, run)
-                           : replay_of_tracking(**recording, options.rgbd, run);
+  RgbdParameters rgbd = options.rgbd;
+  const bool has_poses = (*recording)->info().posed_count > 0;
+  run.view->on_parameters((has_poses ? list_dense(dense) : list_slam(rgbd)).to_toml());
+  const auto subject = has_poses ? replay_of_poses(**recording, dense, run)
+                                 : replay_of_tracking(**recording, options.rgbd, run);
   server.replay(*subject);
   return {};
 }
@@ -212,6 +247,8 @@ Result<void> serve_laser(const ServeOptions& options, Server& server) {
   if (const auto opened = server.open(true); !opened) return opened;
   RunContext run = options.run;
   run.view = &server.view();
+  LaserRunParameters parameters = options.laser;
+  run.view->on_parameters(list_laser(parameters).to_toml());
   const auto subject = replay_of_laser(*recording, options.laser, run);
   server.replay(*subject);
   return {};

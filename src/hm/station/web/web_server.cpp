@@ -146,7 +146,10 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
  private:
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->drop();
+      if (error) {
+        self->count(error);
+        return self->drop();
+      }
       self->received();
     });
   }
@@ -155,8 +158,9 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
     if (closing_) return;
     const Duration now = shared_.now();
     if (!rate_.take(now))
-      return close(
-          {WebClose::kPolicy, fmt::format("more than {} messages a second", shared_.limits.messages_per_s)});
+      return close({WebClose::kPolicy,
+                    fmt::format("more than {} messages a second", shared_.limits.messages_per_s),
+                    Refused::kTooMany});
     const auto bytes = buffer_.cdata();
     const WebOutput output = opening_.session->receive({static_cast<const char*>(bytes.data()), bytes.size()},
                                                        stream_.got_text(), now);
@@ -181,8 +185,18 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
     });
   }
 
+  /// Messages that Beast refused. A connection that is lost is none.
+  void count(error_code error) {
+    if (closing_) return;
+    if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
+      shared_.handler.refused(Refused::kTooBig);
+    else if (error == websocket::condition::protocol_violation)
+      shared_.handler.refused(Refused::kMessage);
+  }
+
   void close(const WebClose& end) {
     closing_ = true;
+    shared_.handler.refused(end.refused);
     websocket::close_reason reason(static_cast<websocket::close_code>(end.code));
     reason.reason.assign(end.reason.data(), std::min<std::size_t>(end.reason.size(), 120));
     // Waits for a write that is under way; the time-out ends it where the other end does not read.
@@ -288,6 +302,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void refuse(unsigned status, std::string text) {
+    shared_.handler.refused(Refused::kRequest);
     keep_alive_ = false;
     answer(WebResponse::of_text(status, std::move(text) + "\n"));
   }
@@ -392,7 +407,7 @@ struct WebServer::Impl {
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
     // Descriptors are left for the files of the program.
-    if (shared.connections >= shared.limits.connections) return;
+    if (shared.connections >= shared.limits.connections) return shared.handler.refused(Refused::kConnection);
     std::make_shared<HttpConnection>(shared, std::move(socket))->read();
   }
 
@@ -400,6 +415,7 @@ struct WebServer::Impl {
     for (; count > 0 && !shared.waiting.empty(); --count) {
       const auto end = std::move(shared.waiting.begin()->second);
       shared.waiting.erase(shared.waiting.begin());
+      shared.handler.refused(Refused::kConnection);
       end();
     }
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hm/core/time.hpp"
+#include "hm/station/web/refusals.hpp"
 
 namespace hm {
 
@@ -50,6 +51,7 @@ struct WebClose {
                                  kTryLater = 1013;
   std::uint16_t code = kProtocol;
   std::string reason;
+  Refused refused = Refused::kMessage;  ///< as which it is counted
 };
 
 /// What happens next on a WebSocket: nothing yet, a message, or its end.
@@ -83,6 +85,8 @@ class WebHandler {
   virtual std::variant<WebSocketOpening, WebResponse> open(const WebRequest& request) = 0;
   /// Every 5 ms.
   virtual void tick(Duration now) = 0;
+  /// The server refused something, which the handler had no part in.
+  virtual void refused(Refused /*why*/) {}
 };
 
 }  // namespace hm

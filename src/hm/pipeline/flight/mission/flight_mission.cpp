@@ -90,6 +90,7 @@ void Mission::step() {
   if (steps_ % kPollSteps != 0) return;
   note_poses();
   show_texts();
+  view_.show_way_points(pilot_.records());
   if (options_.live) take_lines();
 }
 
