@@ -45,7 +45,7 @@ void log_start(const SlamRunOptions& options, const std::optional<SavedSlam>& sa
                     map_frames));
 }
 
-/// What a run is before its first frame: its saves, and where it continues.
+/// Prepares a run before its first frame: its saves, and where it continues.
 Result<std::unique_ptr<SlamSave>> begin_saves(SlamPipeline& pipeline, ResultFolder& folder,
                                               const Recording& recording, const SlamRunOptions& options,
                                               SlamSummary& summary) {

@@ -30,7 +30,7 @@ std::uint64_t largest_landmark(const std::vector<TrackedRecord>& records) {
   return largest;
 }
 
-/// What the end of the earlier run has turned its map by, beyond the poses of its tracking (slam.level): the
+/// Rotation of its map at the end of the earlier run, beyond the poses of its tracking (slam.level): the
 /// first keyframe is where the map begins.
 SE3 turn_of_map(const SlamCheckpoint& checkpoint, const std::vector<TrackedRecord>& records) {
   const auto first =

@@ -16,7 +16,7 @@ namespace hm {
 /// The frames of a saved run that its map had.
 std::vector<Observation> mapped_frames(std::span<const TrackedRecord> records);
 
-/// What moves a frame's record among those of other recordings.
+/// Offsets that place a frame's record among those of other recordings.
 struct RecordShift {
   std::int64_t frames = 0;  ///< added to indices
   Duration time;            ///< added to stamps
@@ -37,7 +37,7 @@ struct EarlierMap {
   std::filesystem::path folder;
   std::vector<TrackedRecord> records;
   std::vector<MapSession> sessions;
-  /// Of each session; null where it cannot be read any more, which `warnings` say.
+  /// Recording of each session; null where it cannot be read any more, which `warnings` say.
   std::vector<std::unique_ptr<Recording>> recordings;
   std::vector<std::string> warnings;
   std::size_t frames_of_new = 0;  ///< of the new recording
