@@ -31,7 +31,8 @@ class VehicleServer {
   /// Parameters sent in one step.
   static constexpr int kParametersPerStep = 4;
   /// A command that is not finished after the first time is acknowledged as in progress, after the second as
-  /// failed. A sender that receives "in progress" repeats no more, so that most commands had better end first.
+  /// failed. A sender that receives "in progress" repeats no more, so that most commands had better end
+  /// first.
   static constexpr Duration kProgressAfter{250'000'000}, kGiveUpAfter{2'000'000'000};
   /// Commands in progress; further ones are rejected for the time being.
   static constexpr std::size_t kMostBegun = 8;
