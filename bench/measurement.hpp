@@ -15,7 +15,7 @@ struct Measurement {
   std::optional<double> peer;  ///< nothing without a peer, or when it is not installed
 };
 
-/// What one benchmark gives: its numbers, and what the document tells besides.
+/// Result of one benchmark: its numbers, and text for the document.
 struct BenchResult {
   std::vector<Measurement> rows;
   JsonValue details = JsonValue::object();

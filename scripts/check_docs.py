@@ -4,7 +4,8 @@ files lead somewhere, pictures are small, and names of the code exist.
 
     scripts/check_docs.py --program build/release/bin/hm [--part texts|help]
     scripts/check_docs.py --names      only the names: those in backticks on a line with a link to a source file, files that READMEs
-                                       name, rooms in the table of the architecture
+                                       name, rooms in the table of the architecture, parameters in messages,
+                                       comments and documents
     scripts/check_docs.py --self-test
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
@@ -48,6 +49,10 @@ SMALL_SET = "".join(f" --set calibration_simulation.{assignment}" for assignment
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
 SOURCE_REFERENCE = re.compile(r"\[`[^`]+`\]\(\.\./(src/[^)]+)\): ((?:`\w+`(?:, )?)+)")
+PARAMETER = re.compile(r"^\| `(\w+\.\w+)`", re.MULTILINE)  # a row of docs/parameters.md
+NAME_WITH_DOT = re.compile(r"(?<![\w./{|:-])([a-z]\w*)\.([a-z]\w*)(?![\w(/*]|\.\w|->)")
+NOT_SECTIONS = {"self", "params"}
+EXTENSIONS = set("cpp csv elf glb hpp html obj ply svg toml tum txt".split())
 durations = []  # (seconds, command)
 
 
@@ -230,6 +235,47 @@ def check_words(name, text, code):
     return len(words), [f"{name}: {word} is nowhere in src/hm" for word in sorted(words - code)]
 
 
+def words_of_code(text):
+    """(line number, words) of every string and comment of C++; not of includes and of names of earlier versions."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.startswith("#include") and "add_renamed" not in line:
+            strings = re.findall(r'"((?:[^"\\]|\\.)*)"', line)
+            yield number, " ".join(strings + ([line[line.index("//"):]] if "//" in line else []))
+
+
+def words_of_page(text):
+    """(line number, words) of everything in backticks."""
+    for number, line in enumerate(text.splitlines(), 1):
+        yield number, " ".join(re.findall(r"`([^`]*)`", line))
+
+
+def check_parameters(name, lines, parameters):
+    """section.key with the section or the key of a parameter, but no parameter."""
+    sections, keys = ({parameter.split(".")[part] for parameter in parameters} for part in (0, 1))
+    count, problems = 0, []
+    for number, words in lines:
+        for section, key in NAME_WITH_DOT.findall(words):
+            if (section not in sections and key not in keys) or section in NOT_SECTIONS or key in EXTENSIONS:
+                continue
+            count += 1
+            if f"{section}.{key}" not in parameters:
+                problems.append(f"{name}:{number}: there is no parameter {section}.{key}")
+    return count, problems
+
+
+def check_all_parameters():
+    parameters = set(PARAMETER.findall((ROOT / "docs/parameters.md").read_text("utf-8")))
+    total, problems = 0, []
+    for path in sorted(path for part in ("src/hm", "apps") for path in (ROOT / part).rglob("*.[ch]pp")):
+        if not path.name.endswith("_test.cpp"):
+            count, found = check_parameters(path.relative_to(ROOT), words_of_code(path.read_text("utf-8")), parameters)
+            total, problems = total + count, problems + found
+    for path in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"):
+        count, found = check_parameters(path.relative_to(ROOT), words_of_page(path.read_text("utf-8")), parameters)
+        total, problems = total + count, problems + found
+    return total, problems
+
+
 def check_all_names():
     code = {word for path in (ROOT / "src/hm").rglob("*.[ch]pp") for word in re.findall(r"\w+", path.read_text("utf-8"))}
     code |= {path.name for path in (ROOT / "src/hm").iterdir()}
@@ -245,6 +291,8 @@ def check_all_names():
         text = path.read_text(encoding="utf-8")
         count, found = check_names(str(path.relative_to(ROOT)), text, ROOT)
         total, problems = total + count, problems + found + check_links(path.name, text, path.parent)
+    count, found = check_all_parameters()
+    total, problems = total + count, problems + found
     for problem in problems:
         print(problem)
     print(f"names: {total} checked, {len(problems)} problems")
@@ -306,7 +354,11 @@ def self_test():
         files = check_files(Path(folder) / "README.md", ())
         rooms = check_rooms("| `core` `io` |", ["core", "io", "iodine"])
     words = check_words("text", "`There::is_it` and `Gone` but not `these` or `a/B.hpp`", {"There", "is_it"})
-    good = names[0] == 3 and len(names[1]) == 2 and words[0] == 3 and len(words[1]) == 1
+    code = '#include "a.key"\nlist.add_renamed("old.key", "new.key");\nfail("old.key");\nfail("new.key");  // new.gone\n'
+    keys = check_parameters("a.cpp", words_of_code(code), {"new.key"})
+    page = check_parameters("a.md", words_of_page("`new.key` old.key `old.key`, `new.toml`"), {"new.key"})
+    good = keys[0] == 3 and len(keys[1]) == 2 and "a.cpp:3:" in keys[1][0] and page[0] == 2 and len(page[1]) == 1
+    good = good and names[0] == 3 and len(names[1]) == 2 and words[0] == 3 and len(words[1]) == 1
     good = good and count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
     good = good and len(links) == 2 and "bytes" in links[0] and "gone.md" in links[1]
     good = good and files[0] == 4 and len(files[1]) == 2 and len(rooms) == 1

@@ -113,11 +113,11 @@ hm::Error error_of(const std::exception_ptr& exception) {
   try {
     if (exception) std::rethrow_exception(exception);
   } catch (const std::bad_alloc&) {
-    return {
-        hm::ErrorCode::kOutOfMemory,
-        "out of memory; larger voxels (--voxel), a memory cap for the map (tsdf.max_map_mb) or fewer threads "
-        "(--threads) need less",
-        {}};
+    return {hm::ErrorCode::kOutOfMemory,
+            "out of memory; fewer threads (--threads) need less, and so does a map with larger voxels "
+            "(--voxel) or "
+            "a memory cap (tsdf.max_map_mb)",
+            {}};
   } catch (const std::system_error& error) {
     return {hm::ErrorCode::kInternal,
             fmt::format("the system refused memory, a thread or a file: {}", error.what()),

@@ -28,7 +28,7 @@ SE3 disturbed(const SE3& pose, Rng& rng) {
           pose.translation() + kShift_m * random_direction(rng)};
 }
 
-/// What is left of the disturbances.
+/// Remainder of the disturbances.
 struct Left {
   std::vector<double> shift_mm, turn_deg, ms;
   std::size_t accepted = 0, tried = 0, not_fully_seen = 0;

@@ -110,7 +110,7 @@ UpdateTimes measure_updates(const std::vector<WorldScan>& scans, int rounds) {
   return {per_beam(fastest[0]), per_beam(fastest[1]), per_beam(fastest[2]), per_beam(fastest[3])};
 }
 
-/// What a map says of the scans that it has not seen.
+/// Prediction of a map for scans that are not in it.
 struct Holdout {
   std::array<std::size_t, 3> ends{}, free{};  ///< by Occupancy
 

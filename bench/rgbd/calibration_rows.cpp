@@ -72,7 +72,7 @@ DepthImage scattered_depth() {
   return depth;
 }
 
-/// What the rig's depth camera reads where an ideal one, of the same place and focal length, reads `ideal`.
+/// Readings of the rig's depth camera where an ideal one, of the same place and focal length, reads `ideal`.
 DepthImage raw_depth(const CalibrationRig& rig, const DepthImage& ideal, Rng& rng) {
   DepthImage raw{Image<std::uint16_t>(ideal.width(), ideal.height()), rig.depth_unit_m};
   const PinholeCamera straight = rig.depth_camera.without_distortion();

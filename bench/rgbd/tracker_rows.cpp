@@ -21,7 +21,7 @@ namespace {
 constexpr const char* kRoom = "sevenscenes_a";
 constexpr std::size_t kHourOfFrames = 108000;
 
-/// What the tracker made of some frames.
+/// Result of tracking some frames.
 struct Run {
   Trajectory truth, estimate;
   std::vector<double> cpu_ms;

@@ -20,6 +20,7 @@
 #include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/camera/camera_file.hpp"
+#include "hm/io/camera/foreign_camera.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
@@ -29,6 +30,7 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/g2o_file.hpp"
+#include "hm/io/pose/pose_matrix_file.hpp"
 #include "hm/io/pose/relations_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/carried_imu_file.hpp"
@@ -38,6 +40,7 @@
 #include "hm/link/codec/serial_frame.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/pipeline/flight/flight_script.hpp"
+#include "saved_run_readers.hpp"
 
 namespace hm::fuzz {
 namespace {
@@ -51,32 +54,10 @@ Bytes bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-/// Whether it was read; a refusal must say what is wrong and where.
-template <class T>
-bool accepted(const Result<T>& result) {
-  if (result) return true;
-  HM_CHECK(!result.error().message.empty() && !result.error().where.empty(),
-           "an error without text or place: {}", to_string(result.error()));
-  return false;
-}
-
 /// A folder for this process; each reader has its own in it.
 const fs::path& folder() {
   static const TemporaryFolder temporary;
   return temporary.path();
-}
-
-/// The bytes as a file; `name` may begin with a folder.
-fs::path as_file(const fs::path& name, Bytes bytes) {
-  const fs::path path = folder() / name;
-  if (name.has_parent_path()) fs::create_directories(path.parent_path());
-  std::remove(
-      path.c_str());  // some file systems wait for the disk when a file is truncated and written again
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  HM_CHECK(file && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "cannot write {}",
-           path.string());
-  std::fclose(file);
-  return path;
 }
 
 template <class Items, class StampOf>
@@ -210,6 +191,29 @@ bool read_seven_scenes_pose(Bytes bytes) {
   const auto recording = open_recording(pose.parent_path());
   if (recording) check_sound((*recording)->info().trajectory);
   return accepted(recording);
+}
+
+/// A camera in each of the forms in which other programs leave it; one that names its images must be sound.
+bool read_foreign_camera(Bytes bytes) {
+  constexpr std::array kForms{"open3d/intrinsic.json", "scannet/intrinsics_depth.txt",
+                              "bundlefusion/info.txt", "replica/cam_params.json"};
+  bool read_well = false;
+  for (const fs::path form : kForms) {
+    const auto found = find_foreign_camera(as_file(fs::path("foreign") / form, bytes).parent_path());
+    if (!accepted(found) || !*found) continue;
+    PinholeCamera camera = (*found)->camera;
+    if (camera.width == 0) camera.width = 640;
+    if (camera.height == 0) camera.height = 480;
+    HM_CHECK(check_camera(camera).has_value(), "an unsound camera of {}", form.string());
+    read_well = true;
+  }
+  return read_well;
+}
+
+bool read_pose_matrix_file(Bytes bytes) {
+  const auto pose = read_pose_matrix(as_file("pose_matrix.txt", bytes));
+  if (pose) HM_CHECK(is_rigid(*pose), "a pose that is not rigid");
+  return accepted(pose);
 }
 
 template <std::size_t kLines>
@@ -377,6 +381,7 @@ constexpr std::array kReaders{
     Reader{"euroc_imu",
            [](Bytes b) { return read_laser<LaserRecordingKind::kEurocImu>("euroc/imu0.csv", b); }},
     Reader{"flight_script", [](Bytes b) { return read_orders(parse_flight_script, b); }},
+    Reader{"foreign_camera", read_foreign_camera},
     Reader{"g2o_2d", [](Bytes b) { return accepted(read_g2o_2d(as_file("graph2.g2o", b))); }},
     Reader{"g2o_3d", [](Bytes b) { return accepted(read_g2o_3d(as_file("graph3.g2o", b))); }},
     Reader{"imu_csv",
@@ -414,10 +419,14 @@ constexpr std::array kReaders{
     Reader{"picture_list",
            [](Bytes b) { return accepted(detail::read_image_list(as_file("depth.txt", b))); }},
     Reader{"pose_list", read_poses},
+    Reader{"pose_matrix", read_pose_matrix_file},
+    Reader{"reconstruction_state", read_reconstruction_state},
     Reader{"relations", [](Bytes b) { return accepted(read_relations(as_file("truth.relations", b))); }},
     Reader{"rig", [](Bytes b) { return accepted(read_laser_rig(as_file("rig.toml", b))); }},
     Reader{"rosbag", [](Bytes b) { return read_laser<LaserRecordingKind::kRosBag>("bag/a.bag", b); }},
     Reader{"seven_scenes_pose", read_seven_scenes_pose},
+    Reader{"slam_checkpoint", read_checkpoint},
+    Reader{"slam_journal", read_journal},
     Reader{"trajectory", read_trajectory_file},
     Reader{"way_points", [](Bytes b) { return read_orders(parse_way_points, b); }},
     Reader{"wean_hall",
@@ -425,6 +434,18 @@ constexpr std::array kReaders{
 };
 
 }  // namespace
+
+fs::path as_file(const fs::path& name, Bytes bytes) {
+  const fs::path path = folder() / name;
+  if (name.has_parent_path()) fs::create_directories(path.parent_path());
+  std::remove(
+      path.c_str());  // some file systems wait for the disk when a file is truncated and written again
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  HM_CHECK(file && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "cannot write {}",
+           path.string());
+  std::fclose(file);
+  return path;
+}
 
 std::span<const Reader> readers() { return kReaders; }
 

@@ -1,7 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string_view>
+
+#include "hm/core/check.hpp"
+#include "hm/core/result.hpp"
 
 namespace hm::fuzz {
 
@@ -17,5 +21,17 @@ struct Reader {
 std::span<const Reader> readers();
 /// The one of this name, or nullptr.
 const Reader* find_reader(std::string_view name);
+
+/// Writes bytes as a file into a temporary folder of this process; `name` may begin with a folder.
+std::filesystem::path as_file(const std::filesystem::path& name, std::span<const std::uint8_t> bytes);
+
+/// Whether it was read; a refusal must say what is wrong and where.
+template <class T>
+bool accepted(const Result<T>& result) {
+  if (result) return true;
+  HM_CHECK(!result.error().message.empty() && !result.error().where.empty(),
+           "an error without text or place: {}", to_string(result.error()));
+  return false;
+}
 
 }  // namespace hm::fuzz

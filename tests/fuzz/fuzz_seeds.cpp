@@ -21,6 +21,9 @@
 #include "hm/link/codec/mavlink_frame.hpp"
 #include "hm/link/codec/serial_frame.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/pipeline/dense/reconstruction_state.hpp"
+#include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
+#include "hm/pipeline/rgbd/resume/slam_journal.hpp"
 
 namespace hm::fuzz {
 namespace {
@@ -294,6 +297,64 @@ void add_lasers(Collection& seeds) {
   for (const std::string how : {"bz2", "lz4"}) seeds.text("rosbag", testing_bags::with_compression(bag, how));
 }
 
+void add_foreign_cameras(Collection& seeds) {
+  seeds.text("foreign_camera",
+             R"({"width": 640, "height": 480, "intrinsic_matrix": [525, 0, 0, 0, 525, 0, 319.5, 239.5, 1],)"
+             R"( "depth_scale": 1000})");
+  seeds.text(
+      "foreign_camera",
+      R"({"camera": {"w": 1200, "h": 680, "fx": 600, "fy": 600, "cx": 599.5, "cy": 339.5, "scale": 6553.5}})");
+  seeds.text("foreign_camera",
+             "m_depthWidth = 640\nm_depthHeight = 480\nm_depthShift = 1000\n"
+             "m_calibrationDepthIntrinsic = 582.9 0 320 0 0 583.7 240 0 0 0 1 0 0 0 0 1\n");
+  seeds.text("foreign_camera", "571.6 0 319.5 0\n0 571.6 239.5 0\n0 0 1 0\n0 0 0 1\n");
+  seeds.text("pose_matrix", "1 0 0 0.5\n0 0 -1 2.5e-1\n0 1 0 -3\n0 0 0 1\n");
+}
+
+void add_journal(Collection& seeds) {
+  auto journal = SlamJournal::create(seeds.folder / "slam_journal.bin").value();
+  for (std::size_t i = 0; i < 3; ++i) {
+    TrackedRecord record;
+    record.index = i;
+    record.was_read = i != 1;
+    record.stamp = Time::from_seconds(1 + 0.1 * static_cast<double>(i));
+    record.status = i == 1 ? TrackingStatus::kSkipped : TrackingStatus::kTracked;
+    if (i == 1) record.reason = "why";
+    if (record.was_read) record.T_odom_camera = SE3(so3_exp(Vec3(0, 0.1, 0)), Vec3(1, 2, 3));
+    if (i == 2) {
+      auto keyframe = std::make_shared<Keyframe>();
+      keyframe->frame_index = i;
+      keyframe->stamp = record.stamp;
+      keyframe->features = {Feature{}, Feature{}};
+      keyframe->observations = {{7, {1, 2}, Eigen::Matrix2d::Identity(), 1.25, 1e-4}};
+      keyframe->before = RefinedObservations{0, keyframe->observations};
+      record.keyframe = keyframe;
+    }
+    journal.add(record);
+  }
+  must(journal.flush());
+  seeds.file("slam_journal", "slam_journal.bin");
+}
+
+void add_saved_runs(Collection& seeds) {
+  ReconstructionState state;
+  state.recording = "room";
+  state.next_frame = 3;
+  state.skipped = {{1, "no pose"}};
+  state.trajectory = {{Time::from_seconds(1), SE3(so3_exp(Vec3(0, 0.1, 0)), Vec3(1, 2, 3))}};
+  state.interior_marks = {{1, -2, 3}};
+  seeds.text("reconstruction_state", state_to_json(state));
+  SlamCheckpoint checkpoint;
+  checkpoint.program_version = "1.2";
+  checkpoint.camera = {320, 240, 262.5, 262.25, 159.5, 119.5, {}};
+  checkpoint.parameters_toml = "[slam]\n";
+  checkpoint.places = {{0, 0, SE3()}, {8, 1, SE3(so3_exp(Vec3(0, 0, 1)), Vec3(1, 2, 3))}};
+  checkpoint.odometry = {1, 2, 3};
+  checkpoint.sessions = {MapSession::of("/room", {}, 20)};
+  seeds.add("slam_checkpoint", to_file_bytes(checkpoint));
+  add_journal(seeds);
+}
+
 }  // namespace
 
 std::vector<Seed> seeds() {
@@ -308,6 +369,8 @@ std::vector<Seed> seeds() {
   add_poses(collection);
   add_texts(collection);
   add_lasers(collection);
+  add_foreign_cameras(collection);
+  add_saved_runs(collection);
   return std::move(collection.all);
 }
 

@@ -31,6 +31,11 @@ class OccupancyMap(support.SharedFolderTest):
         sliced = self.run_json("convert", self.map, "map.yaml")
         self.assertEqual(sliced["outputs"], ["map.yaml", "map.pgm"])
         self.assertEqual((self.folder / "map.pgm").read_bytes(), (self.result / "map.pgm").read_bytes())
+        (self.folder / "picture").mkdir()
+        picture = self.run_json("convert", self.map, "picture/map.pgm")
+        self.assertEqual(picture["outputs"], ["picture/map.yaml", "picture/map.pgm"])
+        for name in ("map.yaml", "map.pgm"):
+            self.assertEqual((self.folder / "picture" / name).read_bytes(), (self.result / name).read_bytes(), name)
         low = self.run_json("convert", self.map, "low.yaml", "--set", "laser.slice_bottom_m=0", "--set",
                             "laser.slice_top_m=0.2")
         self.assertEqual(low["items"], sliced["items"])

@@ -76,6 +76,8 @@ class SlamContinue(support.SharedFolderTest):
         self.assertIn("damaged", self.refused(self.room, "--continue", copy, expect=3))
         (copy / "slam_state.bin").unlink()
         self.assertIn("slam_state.bin", self.refused(self.room, "--continue", copy, expect=3))
+        no_loops = self.refused(self.room, "--continue", self.first, "--set", "rgbd_loops.enabled=false", expect=2)
+        self.assertIn("rgbd_loops.enabled: ", no_loops)
         self.assertIn("another folder", self.run_hm("slam", self.room, "-o", self.first, "--overwrite", "--continue",
                                                     self.first, expect=2).stderr)
 

@@ -23,8 +23,8 @@ struct FlyFlags {
 
   /// Adds the options that all missions have.
   void add_to(CLI::App& command);
-  /// What these options ask for, before --params and --set. Errors: kUsage for a fault that there
-  /// is not and for a key without MAVLink; the key's file.
+  /// Mission of these options, before --params and --set. Errors: kUsage for a fault that there is not and
+  /// for a key without MAVLink; the key's file.
   [[nodiscard]] hm::Result<hm::FlightMissionOptions> mission(const std::string& name,
                                                              hm::FlightScript script) const;
 };

@@ -15,7 +15,7 @@ namespace {
 
 /// Value of --serve without one.
 constexpr std::string_view kThisMachine = "default";
-/// For the last frames to reach those who watch.
+/// Time for the last frames to reach the viewers.
 constexpr std::chrono::milliseconds kLastFrames{500};
 
 }  // namespace

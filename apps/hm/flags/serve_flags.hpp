@@ -13,7 +13,7 @@ class Serving {
   Serving(std::unique_ptr<hm::LiveStation> session, std::stop_token stop)
       : session_(std::move(session)), stop_(std::move(stop)) {}
 
-  /// For RunContext::view; null: nobody watches.
+  /// View for RunContext::view; null: no viewers.
   [[nodiscard]] hm::LiveView* view() const { return session_ ? &session_->view() : nullptr; }
   [[nodiscard]] hm::LiveStation* session() const { return session_.get(); }
   /// Tells viewers how the run ended. On a terminal the result stays open to them until Ctrl-C.

@@ -32,9 +32,8 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
   Outcome outcome;
   outcome.text = fmt::format("{}: {}\n", flags.to, summary->text);
   outcome.json = hm::JsonValue::object({{"items", summary->items}, {"skipped", summary->skipped}});
-  outcome.outputs.emplace_back(flags.to);
-  if (options.to.extension() == ".yaml")
-    outcome.outputs.push_back(std::filesystem::path(flags.to).replace_extension(".pgm"));
+  outcome.outputs = summary->outputs;
+  if (outcome.outputs.empty()) outcome.outputs.emplace_back(flags.to);
   outcome.warnings = summary->warnings;
   return outcome;
 }

@@ -16,7 +16,7 @@ namespace hm {
 enum class ExposureControl { kUnknown, kLocked, kAutomatic };
 std::string_view to_string(ExposureControl exposure);
 
-/// What a camera delivers.
+/// Streams and properties of a camera.
 struct CameraDescription {
   std::string name;      ///< driver and device: "openni PrimeSense Sensor (1d27/0609@1/5)"
   PinholeCamera camera;  ///< of depth and colour, without lens distortion

@@ -41,7 +41,7 @@ std::string last_error() {
   return text;
 }
 
-/// Hears that a device is gone, on a thread of the library.
+/// Notices that a device is gone, on a thread of the library.
 class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
  public:
   explicit Unplugged(std::string uri) : uri_(std::move(uri)) {

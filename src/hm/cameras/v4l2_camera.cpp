@@ -132,7 +132,7 @@ CameraDescription describe_streams(const VideoStream& depth, const CameraRequest
   return description;
 }
 
-/// What a device is, to find the two of a camera.
+/// Properties of a device, to find the two of a camera.
 struct VideoNode {
   std::string path, bus;
   bool gives_depth = false, gives_color = false;

@@ -12,8 +12,8 @@
 
 namespace hm {
 
-/// What leaves the cascade: speeds of the four rotors, or attitude and thrust for a vehicle with an inner
-/// loop of its own.
+/// Output of the cascade: speeds of the four rotors, or attitude and thrust for a vehicle with an inner loop
+/// of its own.
 enum class CascadeOutputKind : std::uint8_t { kRotors, kAttitudeThrust };
 inline constexpr std::array<std::string_view, 2> kCascadeOutputKindNames{"rotors", "attitude_thrust"};
 
@@ -73,8 +73,8 @@ struct FlightLimits {
   float thrust_ratio = 1;  ///< upper limit; falls to 0 while a landed vehicle's rotors are slowed down
 };
 
-/// What to fly. Vertical kDisabled stops the rotors; horizontal kDisabled is level, heading kDisabled does
-/// not turn.
+/// Set-point of the cascade. Vertical kDisabled stops the rotors; horizontal kDisabled is level, heading
+/// kDisabled does not turn.
 struct CascadeCommand {
   FlightModes modes;
   MotionGoal goal;     ///< of axes in kPosition and kVelocity

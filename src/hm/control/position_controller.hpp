@@ -31,8 +31,8 @@ struct PositionParams {
   }
 };
 
-/// What the controller sees of one moment, odom frame. On axes whose velocity is controlled, the position
-/// error is zero.
+/// Errors at one moment, odom frame. On axes whose velocity is controlled, the position error is
+/// zero.
 struct PositionErrors {
   Vec3f position_m = Vec3f::Zero();         ///< reference minus estimate
   Vec3f velocity_m_s = Vec3f::Zero();       ///< reference minus estimate

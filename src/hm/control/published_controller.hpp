@@ -100,7 +100,7 @@ class PublishedController {
  public:
   explicit PublishedController(const PublishedControlParams& params = {}, float step_s = 0.001F);
   void reset();
-  /// What another controller commands: the next step continues from there.
+  /// Starts from the command of another controller: the next step continues from there.
   void start_from(const RpytCommand& current);
   const RpytCommand& step(const ControlState& state, const PublishedCommand& command);
   [[nodiscard]] const RpytCommand& output() const { return output_; }

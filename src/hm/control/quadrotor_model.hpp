@@ -13,7 +13,7 @@ namespace hm {
 enum class RotorLayout : std::uint8_t { kPlus, kCross };
 inline constexpr std::array<std::string_view, 2> kRotorLayoutNames{"plus", "cross"};
 
-/// What the controllers know of the vehicle. Defaults: the Pelican of RotorS (Furrer et al. 2016,
+/// Model of the vehicle that the controllers use. Defaults: the Pelican of RotorS (Furrer et al. 2016,
 /// rotors_description) with the mass that hovers at the 48.5 % thrust of the author's controller.
 struct QuadrotorModel {
   float mass_kg = 1.387F;

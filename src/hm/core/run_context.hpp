@@ -37,8 +37,8 @@ struct RunContext {
   LogSink log;
   std::stop_token stop = {};  ///< requests an early end; each run documents what it leaves
   LiveView* view = nullptr;   ///< is shown the run while it goes on; null: nobody
-  /// Of threads whose work can wait (closing loops, rebuilding the map): low where frames come at the pace of
-  /// a sensor.
+  /// Priority of threads whose work can wait (closing loops, rebuilding the map): low where frames come at
+  /// the pace of a sensor.
   ThreadPriority background = ThreadPriority::kNormal;
 };
 

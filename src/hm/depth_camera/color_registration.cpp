@@ -32,7 +32,7 @@ std::vector<Image<DepthSum>> pyramid_of(const DepthImage& depth) {
   return levels;
 }
 
-/// Of the smallest square around the pixel that has a reading; 0 (far away) if there is none.
+/// Inverse depth of the smallest square around the pixel that has a reading; 0 (far away) if there is none.
 double inverse_depth_at(const std::vector<Image<DepthSum>>& levels, int x, int y) {
   for (std::size_t k = 0; k < levels.size(); ++k) {
     const DepthSum& sum = levels[k](x >> k, y >> k);

@@ -48,7 +48,7 @@ struct FusionCapacity {
   std::int64_t moment_ns = 0;
 };
 inline constexpr FusionCapacity kHostCapacity{256, 64, 0};
-/// For a microcontroller at 1 kHz: 190 ms of history.
+/// Capacity for a microcontroller at 1 kHz: 190 ms of history.
 inline constexpr FusionCapacity kBoardCapacity{38, 16, 5'000'000};
 
 /// Decoupled filters with biases that apply every measurement at its own time (improves on dissertation

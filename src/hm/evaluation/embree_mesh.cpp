@@ -12,6 +12,19 @@ bool is_sound(const Eigen::Vector3f& v) {
   return std::abs(v.x()) < kLimit && std::abs(v.y()) < kLimit && std::abs(v.z()) < kLimit;  // false for NaN
 }
 
+/// An error of Embree. A thread that the system refuses is reported as an unknown one.
+Error embree_error(RTCError code, std::size_t triangles) {
+  if (code == RTC_ERROR_OUT_OF_MEMORY || code == RTC_ERROR_UNKNOWN)
+    return {ErrorCode::kOutOfMemory,
+            fmt::format("out of memory: no search tree over {} triangles; a simplified mesh (hm convert, "
+                        "mesh.simplify_keep_ratio) or fewer threads (--threads) need less",
+                        triangles),
+            {}};
+  return {ErrorCode::kInternal,
+          fmt::format("Embree failed with code {} on {} triangles", static_cast<int>(code), triangles),
+          {}};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) {
@@ -33,7 +46,8 @@ Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) 
     return fail(ErrorCode::kInvalidValue, {}, "the mesh has no usable triangle ({} vertices, {} triangles)",
                 mesh.vertices.size(), mesh.triangles.size());
   out->device_ = rtcNewDevice(nullptr);  // "threads=n" would cap TBB for the whole process
-  if (out->device_ == nullptr) return fail(ErrorCode::kInternal, {}, "Embree could not be started");
+  if (out->device_ == nullptr)
+    return tl::make_unexpected(embree_error(rtcGetDeviceError(nullptr), out->triangles_.size()));
   out->scene_ = rtcNewScene(out->device_);
   rtcSetSceneFlags(out->scene_, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(out->device_, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -46,8 +60,7 @@ Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) 
   rtcReleaseGeometry(geometry);
   rtcCommitScene(out->scene_);
   if (const RTCError code = rtcGetDeviceError(out->device_); code != RTC_ERROR_NONE)
-    return fail(code == RTC_ERROR_OUT_OF_MEMORY ? ErrorCode::kOutOfMemory : ErrorCode::kInternal, {},
-                "Embree failed with code {} on {} triangles", static_cast<int>(code), out->triangles_.size());
+    return tl::make_unexpected(embree_error(code, out->triangles_.size()));
   return out;
 }
 

@@ -130,7 +130,7 @@ std::vector<double> distance_travelled(std::span<const PosePair> pairs) {
   return travelled;
 }
 
-/// For each pair the position of a coordinate (frame number, seconds, metres) that never decreases.
+/// Coordinate of each pair (frame number, seconds, metres) that never decreases.
 std::vector<double> span_coordinate(std::span<const PosePair> pairs, RpeUnit unit) {
   if (unit == RpeUnit::kMetres) return distance_travelled(pairs);
   std::vector<double> coordinate(pairs.size());

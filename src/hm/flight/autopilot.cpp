@@ -10,7 +10,7 @@ constexpr float kStep_s = 0.001F;
 constexpr float kBatteryPerMetreRatio = 0.001F;
 /// In kTakeOff the vehicle has left the ground when it is so far above home.
 constexpr float kLiftedOff_m = 0.05F;
-/// Of the specific force that the ground gives: vibration is much faster.
+/// Time constant for the specific force of the ground: vibration is much faster.
 constexpr float kCarriedFilter_s = 0.05F;
 /// IMU samples whose stamp differs more from the step's time have a stamp of a clock that stepped.
 constexpr Duration kMostImuAge{10'000'000};
@@ -343,7 +343,8 @@ SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
   return safety;
 }
 
-/// Of the rotors' direction and the commanded one; 1 while no thrust is commanded, which has no direction.
+/// Cosine between the rotors' direction and the commanded one; 1 while no thrust is commanded, which has no
+/// direction.
 float Autopilot::cos_tilt_error() const {
   constexpr float kLeastForce_m_s2 = 1;
   const Vec3f& wanted = cascade_.output().specific_force_m_s2;

@@ -36,7 +36,7 @@ struct AutopilotParams {
   }
 };
 
-/// What arrived since the last step.
+/// Inputs that arrived since the last step.
 struct AutopilotInputs {
   Time now;  ///< the vehicle's clock; each step later than the one before, nominally by 1 ms
   std::optional<InertialReading<float>> imu;

@@ -36,7 +36,7 @@ enum class FailSafe : std::uint8_t {
 };
 inline constexpr std::size_t kFailSafeCount = static_cast<std::size_t>(FailSafe::kEStop) + 1;
 
-/// What is done, the worse the larger; the worst of all active fail-safes is done.
+/// Reaction of a fail-safe; the larger, the more drastic. The largest of all active ones is taken.
 enum class SafetyAction : std::uint8_t {
   kNone,
   kClamp,          ///< keep set-points inside of the fence
@@ -81,7 +81,7 @@ struct SafetyInputs {
   bool e_stop = false;
 };
 
-/// What the fail-safes ask for.
+/// Reaction of all fail-safes together.
 struct SafetyVerdict {
   SafetyAction action = SafetyAction::kNone;
   FailSafe reason = FailSafe::kEStop;  ///< of the worst action, the first of several; valid if there is one

@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// What a pilot can ask for.
+/// Commands of a pilot.
 enum class CommandKind : std::uint8_t {
   kToggleEngage,
   kTakeOff,  ///< to `position_m.z()` above the place, or to the default height if that is 0

@@ -14,7 +14,7 @@ enum class AutopilotState : std::uint8_t {
   kError = 0xFF,  ///< motors cut; latched until reset with the motors off
 };
 
-/// What the vehicle does within kFlying and kLanding; kGround in all other states.
+/// Phase within kFlying and kLanding; kGround in all other states.
 enum class FlightPhase : std::uint8_t {
   kGround,
   kTakeOff,        ///< Flying: climbs to the take-off height
@@ -68,7 +68,7 @@ enum class Refusal : std::uint8_t {
 };
 inline constexpr int kRefusalCount = static_cast<int>(Refusal::kBackwardStamp) + 1;
 
-/// What the motors are to do.
+/// Demand on the motors.
 enum class MotorDemand : std::uint8_t {
   kOff,      ///< no power
   kStart,    ///< run the start sequence (published: full yaw stick, no thrust)

@@ -7,7 +7,7 @@ namespace {
 
 /// Motors that take longer to start or stop are an error.
 constexpr float kMotorTransition_s = 2.0F;
-/// Duration after which a change of the motors is believed: a single wrong report lasts 1 ms.
+/// Duration after which a change of the motors is accepted: a single wrong report lasts 1 ms.
 constexpr float kMotorDebounce_s = 0.005F;
 /// Duration in which the thrust is taken away after touch-down, so that the vehicle does not tip over.
 constexpr float kThrustRamp_s = 0.5F;

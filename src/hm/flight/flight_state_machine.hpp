@@ -6,7 +6,7 @@
 
 namespace hm {
 
-/// What actions depend on besides the state.
+/// Conditions of actions besides the state.
 struct ActionConditions {
   bool rc_enabled = true;             ///< switch of the remote control: commands of computers count
   Refusal take_off = Refusal::kNone;  ///< why the vehicle may not take off now

@@ -27,7 +27,7 @@ struct GuidanceParams {
   }
 };
 
-/// What the guidance steers by, besides the phase.
+/// Inputs of the guidance besides the phase.
 struct GuidanceSigns {
   bool pose_lost = false;                      ///< the position is not known
   bool height_lost = false;                    ///< the height is not known

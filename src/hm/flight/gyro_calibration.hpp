@@ -17,7 +17,7 @@ class GyroCalibration {
 
   /// Adds a finite sample, taken on the ground.
   void add(const Vec3f& rates_rad_s);
-  /// What to subtract from the rates; zero before the first mean.
+  /// Bias to subtract from the rates; zero before the first mean.
   [[nodiscard]] const Vec3f& bias_rad_s() const { return bias_; }
   /// Whether there was a mean: a vehicle that has not stood still for a second does not take off.
   [[nodiscard]] bool is_calibrated() const { return calibrated_; }

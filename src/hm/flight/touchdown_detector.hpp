@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// What tells a vehicle on the ground from one in the air.
+/// Measurements that distinguish a vehicle on the ground from one in the air.
 struct GroundSigns {
   float wanted_climb_m_s = 0;  ///< set-point
   float climb_m_s = 0;         ///< estimate

@@ -16,8 +16,8 @@
 
 namespace hm {
 
-/// What StateWriter and StateReader have in common: one enumeration of a type's fields serves both. A type
-/// names its fields once,
+/// Common base of StateWriter and StateReader: one enumeration of a type's fields serves both. A type names
+/// its fields once,
 ///
 ///     template <class Archive> void visit_state(Archive& archive) { archive(stamp, pose, features); }
 ///

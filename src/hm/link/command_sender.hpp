@@ -20,7 +20,7 @@ class CommandSender {
   bool send(const MavCommandLong& command);
   /// Gives up what waits, for something more urgent.
   void cancel() { state_ = State::kIdle; }
-  /// What is to be sent now, if anything.
+  /// Next command to send, if one is due.
   std::optional<MavCommandLong> poll(Time now);
   /// An answer of `from` to `us`; true if it ends or prolongs the command that waits. Answers to others, and
   /// of others than the command's target (target 0: of anyone), change nothing.

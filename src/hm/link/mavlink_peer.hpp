@@ -67,7 +67,7 @@ class MavlinkPeer {
   /// Sets the clock of signatures: microseconds since 1970.
   void set_signing_time(std::uint64_t unix_us);
 
-  /// The autopilot that was heard first of those that are not gone, nullptr if none.
+  /// The autopilot whose message came first, of those that are not gone, nullptr if none.
   [[nodiscard]] const MavlinkRemote* autopilot(Time now) const;
   /// Everyone who sent a heartbeat and is not gone.
   [[nodiscard]] std::vector<MavlinkRemote> remotes(Time now) const;
@@ -92,7 +92,7 @@ class MavlinkPeer {
   CommandSender commands_;
   TimeSync time_sync_;
   std::map<std::pair<std::uint8_t, std::uint8_t>, MavlinkRemote> remotes_;
-  std::vector<MavlinkAddress> order_;  ///< as they were heard first
+  std::vector<MavlinkAddress> order_;  ///< in the order of their first messages
   std::optional<MavlinkAddress> clock_of_;
   std::optional<Time> last_heartbeat_, last_timesync_;
   std::uint8_t sequence_ = 0;

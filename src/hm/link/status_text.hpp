@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What somebody said by STATUSTEXT; printable ASCII only, other letters are '?'.
+/// Text of a STATUSTEXT message; printable ASCII only, other letters are '?'.
 struct LinkText {
   std::uint8_t severity = 0;  ///< MavSeverity
   std::string text;

@@ -6,13 +6,13 @@
 namespace hm {
 namespace {
 
-/// What an offset may differ by besides half the round trips: rounding and the scheduler.
+/// Allowed difference of offsets besides half the round trips: rounding and the scheduler.
 constexpr double kStepMargin_s = 1e-3;
 /// Round trips closer than this to the least are equally good.
 constexpr double kJitterFloor_s = 100e-6;
 /// Deviation of the difference of two quartz clocks before anything is known of it.
 constexpr double kDriftPrior = 50e-6;
-/// What the drift changes by in the root of a second: 0.15 ppm in a minute, as quartz does while it warms.
+/// Random walk of the drift per root of a second: 0.15 ppm in a minute, as quartz does while it warms.
 constexpr double kDriftWalk = 0.02e-6;
 
 }  // namespace

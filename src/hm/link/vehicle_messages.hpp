@@ -13,7 +13,7 @@
 /// Our states and set-points as MAVLink messages, and back; the change of frames is in here.
 namespace hm {
 
-/// What an estimator knows of a vehicle. World and body are ours (z up, FLU).
+/// State estimate of a vehicle. World and body are ours (z up, FLU).
 struct LinkState {
   Time stamp;
   SE3 T_odom_base;
@@ -44,7 +44,7 @@ struct LinkState {
                                                            AutopilotWorld world);
 [[nodiscard]] MavLocalPositionNed to_local_position(const LinkState& state, Time boot, AutopilotWorld world);
 
-/// What a set-point asks for; what is not given is ignored by the autopilot.
+/// Set-point; the autopilot ignores what is not given.
 struct LinkSetPoint {
   std::optional<Vec3> position_m, velocity_m_s, acceleration_m_s2;  ///< in odom
   std::optional<double> yaw_rad, yaw_rate_rad_s;

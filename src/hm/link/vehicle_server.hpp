@@ -13,12 +13,12 @@ namespace hm {
 /// Where a command came from.
 struct CommandOrigin {
   MavlinkAddress from;
-  /// Of a COMMAND_INT: MavFrame of its position, which is then in param5 to param7, in m if the frame is
+  /// MavFrame of a COMMAND_INT: that of its position, which is then in param5 to param7, in m if the frame is
   /// local.
   std::optional<std::uint8_t> frame;
 };
 
-/// What a vehicle answers to a ground station: AUTOPILOT_VERSION on request, parameters, an empty mission,
+/// Answers of a vehicle to a ground station: AUTOPILOT_VERSION on request, parameters, an empty mission,
 /// and commands (COMMAND_LONG, COMMAND_INT). With it and with telemetry our vehicle appears in
 /// QGroundControl.
 class VehicleServer {
@@ -26,12 +26,13 @@ class VehicleServer {
   /// MavResult of a command that is ours; kMavInProgress: finish() will tell.
   using DoCommand = std::function<std::uint8_t(const MavCommandLong&, const CommandOrigin&)>;
   /// A command that comes again within this time with a higher `confirmation` gets the same answer, and is
-  /// not done twice: its sender did not hear the first one.
+  /// not done twice: its sender did not receive the first one.
   static constexpr Duration kRepetition{3'000'000'000};
   /// Parameters sent in one step.
   static constexpr int kParametersPerStep = 4;
   /// A command that is not finished after the first time is acknowledged as in progress, after the second as
-  /// failed. A sender that hears "in progress" repeats no more, so that most commands had better end first.
+  /// failed. A sender that receives "in progress" repeats no more, so that most commands had better end
+  /// first.
   static constexpr Duration kProgressAfter{250'000'000}, kGiveUpAfter{2'000'000'000};
   /// Commands in progress; further ones are rejected for the time being.
   static constexpr std::size_t kMostBegun = 8;

@@ -53,7 +53,7 @@ class IncrementalMesher {
   /// All non-empty meshes, sorted by z, y, x; valid until the next update.
   [[nodiscard]] std::vector<const VolumeMesh*> volumes() const;
 
-  /// Of the grid at the last update; 0 before the first.
+  /// Voxel size of the grid at the last update; 0 before the first.
   [[nodiscard]] double voxel_size_m() const;
   [[nodiscard]] std::size_t waiting() const;
   /// Sums over volumes: border vertices count once per volume.

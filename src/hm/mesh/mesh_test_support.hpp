@@ -11,7 +11,7 @@
 #include "hm/mesh/volume_mesh.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 
-/// For tests only: grids filled from functions or noise, and a slow, simple reference mesher.
+/// Test support: grids filled from functions or noise, and a slow, simple reference mesher.
 namespace hm::testing {
 
 using Lattice = std::array<int, 3>;  ///< a voxel's world index

@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// What Foxglove can subscribe to.
+/// Channels that Foxglove can subscribe to.
 enum class FoxgloveChannel : std::uint32_t {
   kTransforms = 1,  ///< of camera and vehicle in `map`
   kCameraPose,

@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// What a session of `/live` needs of the station; everything outlives the session.
+/// Context of a session of `/live`; everything outlives the session.
 struct LiveSessionContext {
   const LiveStore& store;
   const std::string& hello;  ///< JSON of the hello frame

@@ -48,7 +48,7 @@ struct PageLevels {
   Vec3 center_m = Vec3::Zero();  ///< of the page, in `map`
 };
 
-/// What a viewer sees as one thing: a page, or what stands under (kind, id).
+/// Unit of the viewers' model: a page, or what stands under (kind, id).
 struct LiveSlot {
   LiveKind kind = LiveKind::kMeshPage;  ///< kMeshPage also when the page is gone
   std::uint64_t id = 0;

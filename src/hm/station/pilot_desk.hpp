@@ -81,7 +81,7 @@ class PilotDesk {
   static void say(Pilot& pilot, const JsonValue& message);
   static void say_answer(Pilot& pilot, std::int64_t sequence, bool accepted, const std::string& reason);
 
-  /// What the vehicle does for the pilot that ends when the pilot does.
+  /// Steering that ends when the pilot leaves.
   enum class Steering { kNone, kVelocity, kGoTo };
 
   PilotHandler& handler_;

@@ -59,8 +59,8 @@ std::string hello_json(const StationOptions& options, const LiveStore& store, co
       JsonStyle::kCompact);
 }
 
-/// What a browser may do with an answer: only what this server serves, in no frame, and no address (which has
-/// the token) is told to others.
+/// Limits what a browser may do with an answer: only what this server serves, in no frame, and no address
+/// (which has the token) is told to others.
 void add_policy(WebResponse& response, const std::string& host) {
   response.headers.emplace_back("Content-Security-Policy",
                                 fmt::format("default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; "

@@ -13,7 +13,7 @@
 
 namespace hm {
 
-/// What a pilot at the page asks for; already checked for lease, order and age.
+/// Command of a pilot at the page; already checked for lease, order and age.
 struct PilotOrder {
   std::uint64_t sequence = 0;
   std::string kind;                ///< "take_off", "velocity", ... (docs/file_formats.md, /pilot)

@@ -22,18 +22,18 @@ struct QueuedFrame {
   float age_s = 0;  ///< of a mesh page: to be added to the age in its payload
 };
 
-/// What an acknowledgement is worth: a frame twice is taken.
+/// Effect of an acknowledgement: a frame twice is taken.
 enum class Acknowledged { kTaken, kNeverSent, kBackwards };
 
-/// What one viewer does not have yet: a set of slots, never a queue of states. The newest state of each is
-/// read from the store when its turn comes, so that memory is bounded by the number of slots and every viewer
-/// ends with the same model. Poses, plans, telemetry and events come first; scans, paths, tiles, pictures and
-/// statistics share what is left with the mesh; of the mesh, near pages and those before the viewer come
-/// first, coarse ones before fine ones while there is much to send; the coarse levels that are left come
-/// last, to viewers that want them. Not thread safe; times since any origin.
+/// Content that one viewer does not have yet: a set of slots, never a queue of states. The newest state of
+/// each is read from the store when its turn comes, so that memory is bounded by the number of slots and
+/// every viewer ends with the same model. Poses, plans, telemetry and events come first; scans, paths, tiles,
+/// pictures and statistics share what is left with the mesh; of the mesh, near pages and those before the
+/// viewer come first, coarse ones before fine ones while there is much to send; the coarse levels that are
+/// left come last, to viewers that want them. Not thread safe; times since any origin.
 class ViewerQueue {
  public:
-  /// What a viewer may have unacknowledged: 0.2 s of its rate, at least 64 kB.
+  /// Time of unacknowledged frames that a viewer may have: 0.2 s of its rate, at least 64 kB.
   static constexpr double kWindow_s = 0.2;
   static constexpr std::size_t kLeastWindow = 64 * 1024;
   /// With more than this to send, pages come coarse first.

@@ -21,7 +21,7 @@ class FakeVideoDevice : public VideoDevice {
     std::size_t row_bytes = 0, image_bytes = 0;
     bool by_read = false;
   };
-  /// What the test keeps of a device that the driver owns.
+  /// Part of a device that the test keeps while the driver owns it.
   struct Feed {
     /// Buffers: one image. By read(): bytes into the pipe, blocking where it is full.
     void give(const std::vector<std::byte>& bytes, std::int64_t stamp_us, bool is_damaged = false);

@@ -28,7 +28,7 @@ class QuadrotorBody {
   void hover_at(const Eigen::Vector3d& position_m);
   /// Advances 1 ms.
   void step(const CascadeOutput& output);
-  /// What the controller sees: position and velocity late, the rest now.
+  /// Input of the controller: position and velocity late, the rest now.
   [[nodiscard]] ControlState seen() const;
 
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();

@@ -55,7 +55,7 @@ FlightCommand command_of(const CoreTraceRecord& record) {
   return command;
 }
 
-/// What a step gave, in the order in which it is compared.
+/// Outputs of a step, in the order in which they are compared.
 constexpr std::size_t kOutputWords = 3 + 4 + 9;
 std::array<std::uint32_t, kOutputWords> output_words(const CoreTraceRecord& record) {
   std::array<std::uint32_t, kOutputWords> words{

@@ -21,8 +21,8 @@ class CoreInputReader {
   bool complete_ = true;
 };
 
-/// What a board's step gave (record kOutputs). Of the estimate: position, velocity, angles, and what of it is
-/// known.
+/// Outputs of a board's step (record kOutputs): position, velocity and angles of the estimate, and which of
+/// them are known.
 struct CoreOutputs {
   AutopilotOutputs outputs;
   Vec3f position_m = Vec3f::Zero(), velocity_m_s = Vec3f::Zero(), roll_pitch_yaw_rad = Vec3f::Zero();

@@ -19,7 +19,7 @@ namespace hm {
 ///
 /// A file is a sequence of records; one that was cut (power, kill) is readable up to its last whole record.
 struct CoreTraceRecord {
-  /// What `input` holds. Records of other inputs precede the step that takes them (core_recorder.hpp).
+  /// Meaning of `input`. Records of other inputs precede the step that takes them (core_recorder.hpp).
   enum class Kind : std::uint8_t {
     kStep,         ///< stamp: now; 0..2 rates rad/s, 3..5 specific force m/s^2, 6 battery, 7 clearance, 8
                    ///< obstacle, 9..10 stamp of the IMU sample (words); and what the step gave: 11 motor

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 
@@ -36,6 +38,20 @@ TEST(AppendFile, GrowsAndIsContinuedWhereItIsToldTo) {
   file.append(bytes_of("new"));
   EXPECT_TRUE(file.flush());
   EXPECT_EQ(content_of(folder / "b"), "first new");
+}
+
+/// As a SLAM run does: its journal goes to disk while tracking adds frames.
+TEST(AppendFile, IsSyncedByAnotherThreadWhileItGrows) {
+  const TemporaryFolder folder;
+  auto file = AppendFile::create(folder / "a").value();
+  for (std::size_t save = 1; save <= 8; ++save) {
+    EXPECT_TRUE(file.flush());
+    auto synced = std::async(std::launch::async, [&] { return file.sync(); });
+    for (int i = 0; i < 50; ++i) file.append(bytes_of("a frame of it "));
+    EXPECT_TRUE(synced.get());
+  }
+  EXPECT_TRUE(file.flush());
+  EXPECT_EQ(content_of(folder / "a").size(), file.size());
 }
 
 TEST(AppendFile, RefusesLinksAndWhatIsTooShort) {

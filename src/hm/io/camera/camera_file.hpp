@@ -23,8 +23,8 @@ struct CameraFile {
 /// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
-/// What a file may say of its images and of its depth: a whole size of 1 to 32768 pixels, 1e-3 to 1e6 units
-/// per metre.
+/// Limits of what a file may give: a whole size of 1 to 32768 pixels, 1e-3 to 1e6 units per
+/// metre.
 bool is_image_size(double pixels);
 bool is_depth_scale(double units_per_m);
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxJsonBytes = 1 << 20;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// What a file says besides the matrix; 0: nothing.
+/// Values in a file besides the matrix; 0: none.
 struct Stated {
   double width = 0, height = 0, units_per_m = 0;
 };

@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// What a process that reads a file may use.
+/// Limits of a process that reads a file.
 struct IsolationLimits {
   std::uint64_t memory_bytes = 0;  ///< address space besides what the calling process has
   int cpu_s = 0;                   ///< processor time; four times as much on the clock

@@ -104,7 +104,7 @@ void append(Soup& soup, const aiScene& scene, const aiNode& node, const Matrix4f
   for (unsigned i = 0; i < node.mNumChildren; ++i) append(soup, scene, *node.mChildren[i], T_map_node);
 }
 
-/// What the process of its own does.
+/// Reads the scene; runs in the isolated process.
 Result<std::string> import_scene(const std::filesystem::path& path) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
@@ -145,7 +145,7 @@ Result<Soup> soup_of(const std::string& bytes, const std::string& where) {
   return soup;
 }
 
-/// For every vertex the first one of its position.
+/// First vertex with the same position, for every vertex.
 std::vector<std::uint32_t> first_of_position(const std::vector<Eigen::Vector3f>& vertices) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0U);

@@ -158,7 +158,7 @@ inline SceneFile gltf_tetrahedron() {
                                 kGltfViews, kGltfNode, base64(gltf_buffer()))};
 }
 
-/// What most programs write: a node with a transform.
+/// A node with a transform, as most programs write it.
 inline SceneFile glb_with_transform() {
   std::string json =
       fmt::format(R"({{"asset":{{"version":"2.0"}},{},"nodes":[{}],"buffers":[{{"byteLength":72}}]}})",

@@ -57,8 +57,8 @@ struct RecordingInfo {
   std::shared_ptr<const CarriedImu> imu;  ///< of an IMU mounted to the camera, if any
   std::vector<SkippedLines> skipped;      ///< skipped lines, also listed in notes
   std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one per line
-  /// What the recording does not say and was assumed, though it may be otherwise (its camera, its units of
-  /// depth): warnings of every run. They are among the notes too.
+  /// Assumptions that may be wrong where the recording gives nothing (its camera, its units of depth):
+  /// warnings of every run. They are among the notes too.
   std::vector<std::string> assumptions;
 };
 

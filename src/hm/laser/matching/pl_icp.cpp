@@ -29,7 +29,7 @@ constexpr double kNarrowTrim = 6;    // least trimming limit of a start from a g
 
 }  // namespace
 
-/// What is known of the guess: it may be off by as much as points are paired, or only by little.
+/// Quality of the guess: it may be off by as much as points are paired, or only by little.
 enum class Start { kWide, kNarrow };
 
 struct PlIcp::State {

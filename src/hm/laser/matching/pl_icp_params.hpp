@@ -22,7 +22,7 @@ struct PlIcpParams {
   double adaptive_multiple = 2.5;
   /// Quantile of the distances for the adaptive limit.
   static constexpr double kAdaptiveOrderRatio = 0.7;
-  /// Of several points paired with one reference point, keep only the nearest ones.
+  /// Keeps only the nearest of several points paired with one reference point.
   bool remove_duplicates = true;
   /// A match with fewer pairs than this share of the smaller scan is rejected.
   double min_pairs_ratio = 0.05;

@@ -76,7 +76,8 @@ struct FoundPose {
 /// Pose of a scan before it is matched.
 struct PredictedPose {
   SE2 T_odom_base;
-  /// Of (x, y, angle), x and y along the axes of `odom`, relative to the keyframe; where wheels predict it.
+  /// Covariance of (x, y, angle), x and y along the axes of `odom`, relative to the keyframe; where wheels
+  /// predict it.
   std::optional<Mat3> covariance = {};
 };
 /// Searches for a scan in earlier data, given its predicted pose; returns nothing if not found.
@@ -159,7 +160,7 @@ class ScanOdometry {
   /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the base frame, estimated from the last scans.
   [[nodiscard]] const Vec3& velocity_base() const { return velocity_.velocity(); }
   [[nodiscard]] const ScanOdometryParams& params() const { return params_; }
-  /// What was learned about the wheels.
+  /// Calibration of the wheels so far.
   [[nodiscard]] const WheelCalibration& wheels() const { return wheels_; }
 
  private:

@@ -45,7 +45,7 @@ void WheelDelay::learn(Time from, Time to, double turn_rad, const Heading& headi
   if (scans_ >= kLeastScans) choose();
 }
 
-/// Of the turns of the wheels, so much earlier, and the matched ones.
+/// Covariance of the turns of the wheels, so much earlier, with the matched ones.
 double WheelDelay::covariance(std::size_t i) const {
   return (sums_[i].product - sums_[i].wheels * matched_ / scans_) / scans_;
 }

@@ -314,7 +314,7 @@ struct MavTimesync {
   }
 };
 
-/// What an autopilot gives its motors, to a simulation that flies them (hardware or software in the loop).
+/// Motor commands of an autopilot to a simulation that flies them (hardware or software in the loop).
 struct MavHilActuatorControls {
   static constexpr std::uint32_t kId = 93;
   static constexpr std::string_view kName = "HIL_ACTUATOR_CONTROLS";

@@ -81,7 +81,7 @@ enum MavResult : std::uint8_t {
   kMavCommandIntOnly = 8,
   kMavUnsupportedFrame = 9,
 };
-/// Of a text; smaller is worse.
+/// Severity of a text; smaller is worse.
 enum MavSeverity : std::uint8_t { kMavCritical = 2, kMavError = 3, kMavWarning = 4, kMavInfo = 6 };
 enum MavLandedState : std::uint8_t { kMavOnGround = 1, kMavInAir = 2, kMavTakingOff = 3, kMavLanding = 4 };
 enum MavParamType : std::uint8_t { kMavParamInt32 = 6, kMavParamFloat = 9 };

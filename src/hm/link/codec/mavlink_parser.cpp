@@ -47,7 +47,7 @@ void MavlinkParser::skip_to_start() {
   if (start > 0) drop(start);
 }
 
-/// What the header at `at` says, which holds a start byte.
+/// Reads the header at `at`, which holds a start byte.
 MavlinkParser::Header MavlinkParser::read_header(std::size_t at) const {
   const std::uint8_t* start = buffer_.data() + at;
   const std::size_t here = count_ - at;

@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What a parser saw. A candidate is what follows a start byte; noise has some too.
+/// Counts of a parser. A candidate is what follows a start byte; noise has some too.
 struct MavlinkParserCounts {
   std::uint64_t frames = 0;           ///< accepted
   std::uint64_t mavlink1 = 0;         ///< frames of MAVLink 1, skipped

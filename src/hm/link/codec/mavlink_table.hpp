@@ -30,7 +30,7 @@ using MavlinkMessages =
                        MavHilSensor, MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState,
                        MavStatusText, MavOdometry>;
 
-/// What the frame needs to know of a message.
+/// Properties of a message that its frame depends on.
 struct MavlinkTableEntry {
   std::uint32_t id = 0;
   std::uint8_t crc_extra = 0, base_bytes = 0, bytes = 0;

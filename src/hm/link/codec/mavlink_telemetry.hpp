@@ -192,7 +192,7 @@ struct MavBatteryStatus {
   }
 };
 
-/// What a vehicle can do; a ground station asks for it first.
+/// Capabilities of a vehicle; the first message that a ground station requests.
 struct MavAutopilotVersion {
   static constexpr std::uint32_t kId = 148;
   static constexpr std::string_view kName = "AUTOPILOT_VERSION";

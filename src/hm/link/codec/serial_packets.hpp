@@ -216,7 +216,7 @@ struct SerialTransmitConfig {
   }
 };
 
-/// What the direct mode passes on, at 20 Hz: rad, rad/s, %.
+/// Commands of the direct mode, at 20 Hz: rad, rad/s, %.
 struct SerialControlInput {
   static constexpr std::uint8_t kType = 0x0F;
   static constexpr SerialDirection kDirection = SerialDirection::kUp;

@@ -6,9 +6,9 @@
 
 #include "hm/link/codec/serial_frame.hpp"
 
-/// What the two ends of the dissertation's serial protocol do besides framing: acknowledgement, handshake,
-/// times of sending, and which axes the computer takes from the pilot. Times are microseconds on any clock
-/// that does not go back.
+/// Session of the dissertation's serial protocol, all of it but framing: acknowledgement, handshake, times of
+/// sending, and which axes the computer takes from the pilot. Times are microseconds on any clock that does
+/// not go back.
 namespace hm {
 
 /// Sends one packet after the other that asks for an ACK. The flag counts through all 128 odd values, so that

@@ -50,7 +50,7 @@ struct PipePair {
   }
 };
 
-/// What a ground station says it is.
+/// Identity of a ground station.
 inline MavlinkPeerOptions station_options() {
   MavlinkPeerOptions options;
   options.address = {255, 190};

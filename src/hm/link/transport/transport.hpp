@@ -30,7 +30,7 @@ class Transport {
   [[nodiscard]] virtual bool is_datagram() const = 0;
   /// Whether the way is open at the moment.
   [[nodiscard]] virtual bool is_open() const = 0;
-  /// What the way is, for messages: "/dev/ttyACM0 at 921600 baud".
+  /// Description for messages: "/dev/ttyACM0 at 921600 baud".
   [[nodiscard]] virtual std::string name() const = 0;
 };
 

@@ -13,7 +13,7 @@ namespace hm {
 /// UDP over IPv4. Remembers who sent to it and writes to all of them.
 class UdpSocket : public Transport {
  public:
-  /// Of more senders than this, those heard last are answered.
+  /// Number of senders that are answered: those that sent last.
   static constexpr std::size_t kMaxPeers = 8;
   struct Peer {
     std::string address;  ///< dotted decimal
@@ -35,7 +35,7 @@ class UdpSocket : public Transport {
   [[nodiscard]] bool is_open() const override { return true; }
   [[nodiscard]] std::string name() const override;
   [[nodiscard]] std::uint16_t port() const { return port_; }
-  /// Those given first, then senders, the one heard last at the end.
+  /// Those given first, then senders, the latest one at the end.
   [[nodiscard]] const std::vector<Peer>& peers() const { return peers_; }
 
  private:

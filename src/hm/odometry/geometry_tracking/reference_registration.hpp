@@ -16,8 +16,8 @@ struct ReferenceSurface {
 /// Pose of a depth image from several surfaces and a prediction.
 struct ReferenceRegistration {
   SE3 T_odom_depth;
-  /// Of the surfaces alone, as if their poses were exact: perturbation in the camera's frame; 0 in the
-  /// directions that they do not hold.
+  /// Information of the surfaces alone, as if their poses were exact: perturbation in the camera's frame; 0
+  /// in the directions that they do not hold.
   Mat6 information = Mat6::Zero();
   Mat6 reference_covariance = Mat6::Zero();  ///< of the surfaces' poses, in common: left perturbation in odom
   double compared_ratio = 0;                 ///< readings where one of the surfaces is

@@ -17,8 +17,8 @@ struct InertialState {
   }
 };
 
-/// What all frames of a window share. Perturbation of nine: biases of gyroscope [0:3] and accelerometer
-/// [3:6], tilt of gravity about two level axes [6:8], delay [8].
+/// Variables that all frames of a window share. Perturbation of nine: biases of gyroscope [0:3] and
+/// accelerometer [3:6], tilt of gravity about two level axes [6:8], delay [8].
 struct InertialCommon {
   ImuBias bias;
   Mat3 R_odom_level = Mat3::Identity();  ///< z points up

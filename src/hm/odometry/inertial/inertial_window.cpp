@@ -51,7 +51,7 @@ Mat9 inertial_covariance(const Preintegration& between) {
   return covariance;
 }
 
-/// Of any size, so that the solver is compiled once.
+/// Inverse for any size, so that the solver is compiled once.
 MatX inverse_of_symmetric(const MatX& A) {
   const MatX inverse = Eigen::LDLT<MatX>(A).solve(MatX::Identity(A.rows(), A.cols()));
   return 0.5 * (inverse + inverse.transpose());

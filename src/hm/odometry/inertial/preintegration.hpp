@@ -16,7 +16,7 @@ struct ImuNoise {
   double accel_m_s2_sqrt_hz = 5e-3;
 };
 
-/// What a reading shows too much of; camera frame.
+/// Biases of the readings; camera frame.
 struct ImuBias {
   Vec3 gyro_rad_s = Vec3::Zero();
   Vec3 accel_m_s2 = Vec3::Zero();
@@ -35,7 +35,7 @@ struct Preintegration {
   Mat3 dR = Mat3::Identity();  ///< rotation: R_begin_end
   Vec3 dv = Vec3::Zero();      ///< integral of the rotated specific force, m/s
   Vec3 dp = Vec3::Zero();      ///< double integral of it, m
-  /// Of [rotation; velocity; position], rotation as dR exp(.).
+  /// Covariance of [rotation; velocity; position], rotation as dR exp(.).
   Mat9 covariance = Mat9::Zero();
   /// Derivatives by the biases: dR exp(R_by_gyro b), dv + v_by_gyro b_g + v_by_accel b_a, dp likewise.
   Mat3 R_by_gyro = Mat3::Zero();

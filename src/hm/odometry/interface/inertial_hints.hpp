@@ -12,7 +12,7 @@ class InertialHints {
  public:
   /// With a null `imu` or kOff, next() returns empty hints.
   InertialHints(std::shared_ptr<const CarriedImu> imu, ImuUse use);
-  /// What is used of this device: kAuto and kInertial as decided by it.
+  /// Use of this device: kAuto and kInertial as decided by it.
   [[nodiscard]] ImuUse use() const { return use_; }
   /// Returns the gyroscope's rotation and the mean specific force since the previous call (empty at the first
   /// one, and when the measurements do not cover the interval without gaps), or the readings themselves.

@@ -94,7 +94,8 @@ struct TrackedFrame {
 /// Is told the pose T_odom_camera of a frame.
 using OnPose = std::function<void(const SE3& T_odom_camera)>;
 
-/// What a saved state refers to: the run's frames and the keyframes that it has made so far, in order.
+/// Frames and keyframes that a saved state refers to: the run's frames and the keyframes that it has made so
+/// far, in order.
 struct OdometryHistory {
   std::function<Result<RgbdFrame>(std::size_t frame_index)> read_frame;
   std::span<const std::shared_ptr<const Keyframe>> keyframes;

@@ -27,7 +27,7 @@ double image_scale(const Registration& registration) {
   return std::max(kLeastScale, covariance_scale(registration));
 }
 
-/// What the images alone say of a registered pose.
+/// Registered pose by the images alone.
 VisualPose by_images(const Registration& registration) {
   const double scale = image_scale(registration);
   return {registration.T_odom_camera, (registration.information - registration.by_prior.information) / scale,

@@ -6,7 +6,8 @@
 
 namespace hm {
 
-/// What moves a colour image, as depth and poses say another camera sees it, onto what that camera saw.
+/// Motion of a colour image, warped by depth and poses into another camera, that fits it to that camera's
+/// image.
 struct ImageMotion {
   double turn_rad = 0;           ///< about the optical axis
   Vec2 shift_px = Vec2::Zero();  ///< after it

@@ -49,25 +49,38 @@ TriangleMesh occupied_points(std::span<const OccupancyVoxel> voxels) {
   return points;
 }
 
+/// A slice has two files, whichever of them the user has named.
+bool is_slice_name(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".yaml" || extension == ".pgm";
+}
+
+Result<ConversionSummary> write_slice(const ConversionOptions& options, const MultiVolumeGrid& map) {
+  const auto slice = plan_of(map, options.slice);
+  if (!slice) return forward_error(slice);
+  if (slice->cells.empty())
+    return fail(
+        ErrorCode::kInvalidValue, options.from.string(),
+        "nothing of this map lies between {:g} m and {:g} m (laser.slice_bottom_m, laser.slice_top_m)",
+        options.slice.slice_bottom_m, options.slice.slice_top_m);
+  std::filesystem::path yaml = options.to, picture = options.to;
+  yaml.replace_extension(".yaml");
+  picture.replace_extension(".pgm");
+  if (const auto written = as_run_failure(write_occupancy_grid(yaml, *slice)); !written)
+    return forward_error(written);
+  const auto cells =
+      static_cast<std::size_t>(slice->cells.width()) * static_cast<std::size_t>(slice->cells.height());
+  ConversionSummary summary{
+      fmt::format("slice of {} x {} cells", slice->cells.width(), slice->cells.height()), cells, 0};
+  summary.outputs = {yaml, picture};
+  return summary;
+}
+
 Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
   const auto map = read_mvog(options.from);
   if (!map) return forward_error(map);
   const std::string extension = lower_extension(options.to);
-  if (extension == ".yaml") {
-    const auto slice = plan_of(*map, options.slice);
-    if (!slice) return forward_error(slice);
-    if (slice->cells.empty())
-      return fail(
-          ErrorCode::kInvalidValue, options.from.string(),
-          "nothing of this map lies between {:g} m and {:g} m (laser.slice_bottom_m, laser.slice_top_m)",
-          options.slice.slice_bottom_m, options.slice.slice_top_m);
-    if (const auto written = as_run_failure(write_occupancy_grid(options.to, *slice)); !written)
-      return forward_error(written);
-    const auto cells =
-        static_cast<std::size_t>(slice->cells.width()) * static_cast<std::size_t>(slice->cells.height());
-    return ConversionSummary{
-        fmt::format("slice of {} x {} cells", slice->cells.width(), slice->cells.height()), cells, 0};
-  }
+  if (is_slice_name(options.to)) return write_slice(options, *map);
   const auto voxels = map->voxels();
   if (extension != ".ply") {
     const auto written = as_run_failure(write_octomap(options.to, voxels, map->params().resolution_m));
@@ -141,8 +154,9 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
       if (!is_written_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
       break;
     case PathKind::kOccupancy:
-      if (extension != ".ot" && extension != ".bt" && extension != ".ply" && extension != ".yaml")
-        return refuse("an occupancy grid", "OctoMap (.ot .bt), points (.ply) or a slice (.yaml with .pgm)");
+      if (extension != ".ot" && extension != ".bt" && extension != ".ply" && !is_slice_name(options.to))
+        return refuse("an occupancy grid",
+                      "OctoMap (.ot .bt), points (.ply) or a slice (.yaml or .pgm: both)");
       break;
     case PathKind::kMesh:
       if (!is_written_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");

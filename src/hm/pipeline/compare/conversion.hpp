@@ -26,13 +26,14 @@ struct ConversionSummary {
   std::size_t items = 0;    ///< triangles, poses or frames
   std::size_t skipped = 0;  ///< frames of a recording that could not be read
   std::vector<std::string> warnings = {};
+  std::vector<std::filesystem::path> outputs = {};  ///< where they are others than ConversionOptions::to
 };
 
 /// mesh -> mesh (written as .ply .obj .glb), map (.hmap) -> mesh, occupancy grid (.mvog) -> OctoMap (.ot
-/// .bt), points of the occupied cells (.ply) or map_server's pair of a slice (.yaml with .pgm), trajectory
-/// (TUM, EuRoC, KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a folder). Distortion is
-/// removed from a recording's images. Errors: input that cannot be read, a name that what was read cannot
-/// become (kUsage), a failure to write (kInternal).
+/// .bt), points of the occupied cells (.ply) or map_server's pair of a slice (.yaml or .pgm: both files),
+/// trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a folder).
+/// Distortion is removed from a recording's images. Errors: input that cannot be read, a name that what was
+/// read cannot become (kUsage), a failure to write (kInternal).
 Result<ConversionSummary> convert(const ConversionOptions& options);
 
 }  // namespace hm

@@ -50,7 +50,7 @@ void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
               "{vertices|vertex|vertices}[; pieces under {min_piece_size_m} are left out]"}});
 }
 
-/// What it is and how good it is.
+/// First sentence of the report: contents and quality of the result.
 std::string verdict_of(const SummaryTree& summary, const std::optional<SceneSize>& size) {
   const std::string what = size ? to_text(*size) + ". " : std::string();
   if (const auto measured = summary.sentence("{surface_error_mm.mean} from the true surface on average, "

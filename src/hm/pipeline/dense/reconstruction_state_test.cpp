@@ -53,7 +53,9 @@ TEST(ReconstructionState, DamagedTextIsAnErrorOrHarmless) {
     text[rng.below(static_cast<std::uint32_t>(text.size()))] = static_cast<char>(rng.below(256));
     (void)state_from_json(text, "map");  // must not crash
   }
-  for (const char* text : {"", "null", "[]", "{}", "{\"state_version\": 99}", "{\"state_version\": \"1\"}"})
+  for (const char* text :
+       {"", "null", "[]", "{}", "{\"state_version\": 99}", "{\"state_version\": \"1\"}",
+        "{\"state_version\": 1, \"kind\": 3}", "{\"state_version\": 1, \"kind\": 4294967296}"})
     EXPECT_FALSE(state_from_json(text, "map")) << text;
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint8_t kReady = 'R';
 
-/// What a child process does: the emulator takes its place. Only calls that are allowed after fork().
+/// Replaces a child process by the emulator. Only calls that are allowed after fork().
 [[noreturn]] void become(const std::vector<char*>& words, int port, int messages, int status) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends with us, however we end
   ::dup2(port, STDIN_FILENO);

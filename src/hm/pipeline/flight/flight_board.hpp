@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// What the board reads at its own pins in a step.
+/// Readings of the board's own pins in a step.
 struct BoardReadings {
   Time now;                      ///< of its loop, which no clock steps
   Duration clock_step;           ///< of its clock, which stamps messages, against the loop

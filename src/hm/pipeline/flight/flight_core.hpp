@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What an autopilot says in words.
+/// Text message of an autopilot.
 struct CoreText {
   bool is_warning = false;
   std::string text;

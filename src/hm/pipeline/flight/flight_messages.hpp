@@ -72,7 +72,7 @@ struct MotorMessage {
   RpytCommand rpyt;
 };
 
-/// What became of a pilot's command.
+/// Outcome of a pilot's command.
 struct CommandAnswer {
   FlightCommand command;
   Refusal refusal = Refusal::kNone;

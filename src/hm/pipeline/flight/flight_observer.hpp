@@ -15,7 +15,7 @@ class FlightObserver {
   /// A scan or a sample of the IMU (200 Hz, stamped with the computer's clock) reached the on-board computer.
   virtual void on_scan(const Received<LaserScan>& /*scan*/) {}
   virtual void on_imu(const Received<ImuSample>& /*sample*/) {}
-  /// What perception made of a scan.
+  /// Called with the result of perception for a scan.
   virtual void on_laser_step(const LaserStep& /*step*/) {}
   /// A pose or a height reached the board.
   virtual void on_pose(const Received<PoseMessage>& /*pose*/) {}

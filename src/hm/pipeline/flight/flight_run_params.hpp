@@ -70,8 +70,8 @@ Result<void> check_default_core(FlightRunParams parameters);
 /// The core's parameters aboard this vehicle: those given, with the mounting of its IMU and its inner loop.
 AutopilotParams core_aboard(const FlightRunParams& parameters, const LaserRig& rig);
 
-/// What the core assumes of a vehicle with this inner loop: the kind of its output, and how fast and how far
-/// tilt follows its command.
+/// Sets what the core assumes of a vehicle with this inner loop: the kind of its output, and how fast and how
+/// far tilt follows its command.
 void match_inner_loop(CascadeParams& cascade, const InnerLoopParams& inner_loop);
 
 }  // namespace hm

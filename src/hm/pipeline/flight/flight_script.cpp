@@ -76,7 +76,7 @@ std::string unknown_word(std::string_view word) {
   return unknown_name("word", word.substr(0, kMaxQuoted), names);
 }
 
-/// Of kGoTo or kStep.
+/// Reads an order kGoTo or kStep.
 FlightOrder read_place(Kind kind, Words arguments, LineNumbers& numbers) {
   FlightOrder order;
   order.kind = kind;

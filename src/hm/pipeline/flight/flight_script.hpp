@@ -28,7 +28,7 @@ struct FlightOrder {
   std::string text;                  ///< the order as it was written
 };
 
-/// What a pilot does, in order, and what happens to the vehicle meanwhile.
+/// Orders of a pilot, in order, and faults of the vehicle meanwhile.
 struct FlightScript {
   std::vector<FlightOrder> orders;
   std::vector<ScriptedFault> faults;

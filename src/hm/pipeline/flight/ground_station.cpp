@@ -182,7 +182,7 @@ void GroundStation::send_news(const FlightMoment& moment) {
     peer_.send_text(kMavWarning, fail_safe_text(out.safety.reason, out));
 }
 
-/// What became of our last command: a refusal in words, and the acknowledgement for whoever asked.
+/// Sends the outcome of our last command: a refusal in words, and the acknowledgement to its sender.
 void GroundStation::note_answer(const FlightMoment& moment) {
   if (!moment.answer || moment.answer->command.pilot != kPilot) return;
   const auto& [command, refusal] = *moment.answer;

@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// What full sticks of its gamepad ask for, until it sets STICK_SPEED, STICK_CLIMB and STICK_TURN.
+/// Speeds of full sticks of its gamepad, until it sets STICK_SPEED, STICK_CLIMB and STICK_TURN.
 struct GroundStationParams {
   double stick_speed_m_s = 1, stick_climb_m_s = 0.5, stick_turn_rad_s = 1;
 };
@@ -33,7 +33,7 @@ class GroundStation {
   static constexpr double kStickDeadBand = 0.05;
   static constexpr Duration kStickRest{500'000'000};
 
-  /// The transport must outlive it. With a key it signs, and hears what is signed with it only.
+  /// The transport must outlive it. With a key it signs, and accepts only what is signed with it.
   explicit GroundStation(Transport& transport, const GroundStationParams& params = {},
                          const std::optional<MavlinkKey>& key = {});
 
@@ -92,7 +92,7 @@ class GroundStation {
   std::uint32_t told_fail_safes_ = 0;
 };
 
-/// What the vehicle estimates, for messages.
+/// Estimate of the vehicle, for messages.
 [[nodiscard]] LinkState link_state(const BasicVehicleState<float>& estimate);
 
 }  // namespace hm

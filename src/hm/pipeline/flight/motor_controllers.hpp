@@ -13,9 +13,9 @@ class MotorControllers {
 
   /// Takes a message; the newest counts.
   void receive(const MotorMessage& message);
-  /// What the vehicle's rotors are to do at a time, called once a step.
+  /// Command of the vehicle's rotors at a time, called once a step.
   VehicleCommand step(Time now);
-  /// What the controllers report: the motors turn.
+  /// True when the controllers report that the motors turn.
   [[nodiscard]] bool motors_on() const { return is_on_; }
 
  private:

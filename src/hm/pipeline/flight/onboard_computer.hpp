@@ -35,7 +35,7 @@ class OnboardComputer {
   void add(Time now, const DownMessage& message);
   /// Goals of pilots are in `map`; the board gets them in `odom`.
   void add_command(const FlightCommand& command);
-  /// What is to be sent by now.
+  /// Messages to send by now.
   std::vector<UpMessage> take_messages(Time now);
   void finish();
 

@@ -21,7 +21,7 @@ struct PilotParams {
   double ready_s = 15;
   /// Beyond the time that a leg or a climb takes at `leg_speed_m_s`.
   static constexpr double kSpare_s = 10;
-  /// For stopping the motors, or coming to rest.
+  /// Time for stopping the motors, or coming to rest.
   static constexpr double kSettle_s = 10;
 
   template <class Self, class Visitor>
@@ -33,7 +33,7 @@ struct PilotParams {
   }
 };
 
-/// What a pilot sees of the vehicle.
+/// View of the vehicle that a pilot has.
 struct PilotView {
   Time now;  ///< on the vehicle's clock
   AutopilotState state = AutopilotState::kOff;
@@ -50,7 +50,7 @@ struct PilotView {
 enum class OrderOutcome { kWaiting, kRunning, kDone, kMissed, kSkipped };
 [[nodiscard]] std::string_view to_string(OrderOutcome outcome);
 
-/// What became of an order.
+/// Outcome of an order.
 struct OrderRecord {
   FlightOrder order;
   OrderOutcome outcome = OrderOutcome::kWaiting;

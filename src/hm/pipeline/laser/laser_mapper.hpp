@@ -52,7 +52,8 @@ class LaserMapper {
 
   void add_imu(const ImuSample& sample);
   void add_odometry(const StampedPose& T_odom_base);
-  /// Of a range sensor that looks down; needs LaserRig::T_base_range, and no mirror that looks down.
+  /// Adds a reading of a range sensor that looks down; needs LaserRig::T_base_range, and no mirror that looks
+  /// down.
   void add_range(const RangeReading& reading);
   /// `laser`: its index in the platform. A scan that cannot be used is none: take_poses() gives the reason.
   void add_scan(LaserScan scan, std::size_t laser = 0);

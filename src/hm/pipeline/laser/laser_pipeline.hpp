@@ -79,8 +79,8 @@ class LaserPipeline {
 
   void add_imu(const ImuSample& sample);
   void add_odometry(const StampedPose& T_odom_base);
-  /// Of a range sensor that looks down (LaserRig::T_base_range of the first laser); readings outside its
-  /// limits are counted. Not used where a mirror looks down, which measures better.
+  /// Adds a reading of a range sensor that looks down (LaserRig::T_base_range of the first laser); readings
+  /// outside its limits are counted. Not used where a mirror looks down, which measures better.
   void add_range(const RangeReading& reading);
   /// `laser`: its index in the platform.
   void add_scan(LaserScan scan, std::size_t laser = 0);

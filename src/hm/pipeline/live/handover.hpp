@@ -8,8 +8,8 @@
 
 namespace hm {
 
-/// What one thread hands over to another, which looks for it by itself: to wake a thread costs more than what
-/// there is to say.
+/// Hands content over from one thread to another, which polls for it: to wake a thread costs more than
+/// that.
 template <class Content>
 class Handover {
  public:
@@ -19,7 +19,7 @@ class Handover {
   explicit Handover(std::function<bool()> look, Period period = std::chrono::milliseconds(20),
                     Period rest = std::chrono::seconds(1))
       : look_(std::move(look)), period_(period), rest_(rest), thread_([this] { run(); }) {}
-  /// What was not taken is dropped.
+  /// Drops what was not taken.
   ~Handover() {
     {
       const std::lock_guard lock(mutex_);

@@ -41,7 +41,7 @@ class LiveStation {
   [[nodiscard]] std::string announcement() const;
   /// The run has ended: the report is offered that it has written since the station was opened.
   void offer_report();
-  /// What `/api/report` gives of a run. Errors: kNotFound before that; it cannot be read.
+  /// Report of a run for `/api/report`. Errors: kNotFound before that; it cannot be read.
   [[nodiscard]] Result<std::vector<std::byte>> report_of_run() const;
 
  private:

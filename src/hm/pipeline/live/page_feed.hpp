@@ -42,7 +42,7 @@ class PageFeed {
   [[nodiscard]] Work work() const;
 
  private:
-  /// What a page is made of.
+  /// Contents of a page.
   struct Source {
     std::shared_ptr<const MeshPageCopy> copy;  ///< or
     std::shared_ptr<const TriangleMesh> mesh;  ///< of a page that is not made of volumes

@@ -17,7 +17,7 @@ struct ScanAdvice {
   std::string number;  ///< "74 deg/s; keep below 60"
 };
 
-/// What a depth camera sees at a moment, by a sample of its pixels.
+/// View of a depth camera at a moment, by a sample of its pixels.
 struct FrameLook {
   double depth_share = 0;                 ///< of pixels with a reading
   std::optional<double> median_depth_m;   ///< of those
@@ -25,7 +25,7 @@ struct FrameLook {
 };
 FrameLook look_at(const DepthImage& depth, const Image<Rgb8>& color);
 
-/// What advice is given by.
+/// Input of the advice.
 struct ScanMoment {
   Time stamp;
   std::optional<SE3> T_map_camera;
@@ -34,8 +34,8 @@ struct ScanMoment {
   std::optional<FrameLook> look;  ///< of the last picture that was looked at
 };
 
-/// Tells a person who carries the camera what is wrong now: lost, too fast, too near, dark, no depth. Not
-/// thread safe.
+/// Advises a person who carries the camera about faults: lost, too fast, too near, dark, no depth. Not thread
+/// safe.
 class ScanAdviser {
  public:
   /// Frames in order of time; the worst sentence first, none when all is well.

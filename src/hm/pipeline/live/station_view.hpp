@@ -82,7 +82,7 @@ class StationView : public LiveView {
   struct Statistics {
     Named stages_ms, counts, memory, rates_hz;
   };
-  /// What was shown and not looked at.
+  /// Content that was shown and not yet processed.
   struct Shown {
     std::vector<CameraNote> cameras;
     std::vector<MeshedVolume> volumes;

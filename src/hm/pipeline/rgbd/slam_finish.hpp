@@ -13,9 +13,9 @@ struct TrackedSlam {
   const Stopwatch& watch;  ///< since the start of the run
 };
 
-/// What follows tracking: closes loops, levels and corrects the map, compares with the truth, judges, and
-/// writes the results. Completes the summary, whose warnings so far are kept. Errors: no frame has a pose, no
-/// memory for the corrected map, writing.
+/// Completes a run after tracking: closes loops, levels and corrects the map, compares with the truth,
+/// judges, and writes the results. Completes the summary, whose warnings so far are kept. Errors: no frame
+/// has a pose, no memory for the corrected map, writing.
 Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary);
 
 }  // namespace hm

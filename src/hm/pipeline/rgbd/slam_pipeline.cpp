@@ -169,7 +169,7 @@ void SlamPipeline::Impl::align(const RgbdFrame& frame, TrackedFrame& tracked) {
   if (tracked.new_keyframe) aligned_keyframes.push_back(tracked.new_keyframe);
 }
 
-/// Of the frames with a pose, the last one included.
+/// True when the last frame, which has a pose, is one for the map.
 bool SlamPipeline::Impl::is_for_map() const {
   return (tracking.track().frames_tracked - 1) % static_cast<std::size_t>(parameters.slam.map_stride) == 0;
 }
@@ -431,8 +431,8 @@ void SlamPipeline::close_loops() {
   impl.state.close_seconds = watch.seconds();
 }
 
-/// What frames all over the path saw, at their final poses: the map itself is not there yet, and how far it
-/// has come depends on the pace of its threads.
+/// Surfaces seen by frames all over the path, at their final poses: the map itself is not there yet, and how
+/// far it has come depends on the pace of its threads.
 std::vector<SurfacePatch> SlamPipeline::Impl::seen_patches() const {
   constexpr std::size_t kMostFrames = 120;
   std::vector<Observation> observations = map.observations();

@@ -139,7 +139,7 @@ class SlamPipeline {
   /// Continues a run that was saved with this recording and these parameters (check_continues), before
   /// track_and_map(): that then begins at the checkpoint's next frame. Trajectory, keyframes, loops and the
   /// finished map are those of a run that was never interrupted, to the bit. Reads about
-  /// tracker.max_keyframes frames again, and closes the loops of the saved keyframes again. Errors:
+  /// odometry_tracker.max_keyframes frames again, and closes the loops of the saved keyframes again. Errors:
   /// VisualOdometry::restore().
   Result<void> resume(const SavedSlam& saved);
   /// Whether the run can be saved: with slam.align, and the published methods of odometry, it cannot.

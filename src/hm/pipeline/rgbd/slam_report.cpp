@@ -100,7 +100,7 @@ void add_matrices(HtmlReport& report, const SlamReportMaterial& material) {
   for (const Figure& figure : material.matrices) add_figure(report, figure);
 }
 
-/// What it is and how good it is.
+/// First sentence of the report: contents and quality of the result.
 std::string verdict_of(const SlamSummary& summary, const SummaryTree& tree,
                        const std::optional<SceneSize>& size) {
   const SlamPipeline::State& state = summary.state;

@@ -45,7 +45,7 @@ void log_start(const SlamRunOptions& options, const std::optional<SavedSlam>& sa
                     map_frames));
 }
 
-/// What a run is before its first frame: its saves, and where it continues.
+/// Prepares a run before its first frame: its saves, and where it continues.
 Result<std::unique_ptr<SlamSave>> begin_saves(SlamPipeline& pipeline, ResultFolder& folder,
                                               const Recording& recording, const SlamRunOptions& options,
                                               SlamSummary& summary) {
@@ -87,23 +87,25 @@ Result<std::optional<EarlierMap>> map_to_continue(const Recording& recording, co
     return fail(ErrorCode::kUsage, options.output.string(),
                 "is the map to continue, which stays as it is: choose another folder for the result");
   if (!options.parameters.loops.enabled)
-    return fail(ErrorCode::kUsage, "loops.enabled", "a saved map is recognised by its loops: switch them on");
+    return fail(ErrorCode::kUsage, "rgbd_loops.enabled",
+                "a saved map is recognised by its loops: switch them on");
   const FrameRange range = frame_range(options.parameters.reconstruction, recording.info().frame_count);
   auto earlier = read_earlier_map(options.continued, recording, range.begin);
   if (!earlier) return forward_error(earlier);
   return std::optional<EarlierMap>(std::move(*earlier));
 }
 
-/// Runs to the end in the saved map, with its state; the summary then names all files. Nothing is saved
+/// Runs to the end in the saved map, with its state; the summary then names all files. Nothing is published
 /// before, since a map that is not joined yet would not be the map.
 Result<void> run_in_map(SlamPipeline& pipeline, const EarlierMap& earlier, const TrackedSlam& run,
                         SlamSummary& summary) {
   const SlamRunOptions& options = run.options;
   if (!pipeline.can_be_saved())
     return fail(ErrorCode::kUsage, "--continue", "needs odometry.method=tracker and slam.align off");
-  std::vector<TrackedRecord> records;
+  auto state = JoinedState::begin(earlier, run.staging);
+  if (!state) return as_run_failure(Result<void>(forward_error(state)));
   const auto tracked = pipeline.track_and_map([&](std::size_t) {
-    records.push_back(pipeline.last_frame());
+    state->add(pipeline.last_frame());
     return Result<void>();
   });
   if (!tracked) return tracked;
@@ -112,7 +114,7 @@ Result<void> run_in_map(SlamPipeline& pipeline, const EarlierMap& earlier, const
       .describe(checkpoint);
   if (const auto finished = finish_slam(run, summary); !finished) return finished;
   checkpoint.places = keyframe_places(*summary.state.keyframes);
-  const auto files = as_run_failure(write_joined_state(earlier, records, std::move(checkpoint), run.staging));
+  const auto files = as_run_failure(state->finish(std::move(checkpoint)));
   if (!files) return forward_error(files);
   summary.outputs.insert(summary.outputs.end(), files->begin(), files->end());
   return {};

@@ -32,8 +32,8 @@ struct SlamRunOptions {
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
-/// What became of the frames of a live camera (hm scan). Of those that were captured each was tracked, lost,
-/// not usable for SLAM, or dropped for a reason.
+/// Outcome of the frames of a live camera (hm scan). Each captured frame was tracked, lost, not usable for
+/// SLAM, or dropped for a reason.
 struct CaptureSummary {
   std::string camera, intrinsics, exposure;
   std::string ended_because;

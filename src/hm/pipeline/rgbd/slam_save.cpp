@@ -17,7 +17,7 @@
 namespace hm {
 namespace {
 
-/// Of the parameters, those that what is saved depends on: all of odometry, and these.
+/// Parameters that saved data depends on: all of odometry, and these.
 constexpr std::array<std::string_view, 6> kOfTracking{"reconstruction.begin_frame",
                                                       "reconstruction.frame_stride",
                                                       "slam.start_at_pose",

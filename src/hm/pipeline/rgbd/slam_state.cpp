@@ -28,7 +28,7 @@ void turn(SlamState& state, const Mat3& R_turned_map) {
 
 namespace {
 
-/// For each pose in the map: `visit` of odometry's pose of the same frame, and of it.
+/// Calls `visit` for each pose in the map, with odometry's pose of the same frame before it.
 template <class Visit>
 void for_each_placed(const SlamState& state, const Visit& visit) {
   auto placed = state.corrected.begin();

@@ -42,7 +42,7 @@ struct SlamState {
   RgbdLoopStatistics loops;
   RgbdAlignmentReport alignment;
   std::optional<ContinuedMap> continued;  ///< with an earlier map
-  /// Of the graph's nodes: those of an earlier map, then those of the track.
+  /// Keyframes of the graph's nodes: those of an earlier map, then those of the track.
   std::vector<std::shared_ptr<const Keyframe>> graph_keyframes;
   PoseGraph3D graph;
   std::vector<LiveCorrection> live_corrections;  ///< while tracking
@@ -63,7 +63,7 @@ void turn(SlamState& state, const Mat3& R_turned_map);
 Trajectory moved(const Trajectory& path, const SE3& T_moved_map);
 /// Moves odometry's trajectory so that it begins where the map has its first pose.
 void begin_odometry_in_map(SlamState& state);
-/// Of a position of the trajectory, by correction, metres.
+/// Largest shift of a position of the trajectory by correction, metres.
 double largest_shift_m(const SlamState& state);
 /// How the graph's final loops join the earlier keyframes, its first nodes, with the new recording.
 ContinuedMap continued_map(const SlamState& state, const EarlierMap& earlier, int inliers_needed);

@@ -78,7 +78,7 @@ class VisualTracking {
   TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms,
                     const OnPose& on_pose = {});
   [[nodiscard]] const VisualTrack& track() const { return track_; }
-  /// What take() has noted of its last frame.
+  /// Record of the last frame of take().
   [[nodiscard]] const TrackedRecord& last() const { return last_; }
 
   /// Writes what later frames depend on; false: the method cannot (VisualOdometry::save).

@@ -255,7 +255,7 @@ Error Scan::no_frame() const {
           camera_.name};
 }
 
-/// What could not be recorded is a failure in the end, but none that costs the results.
+/// Completes the scan. A failure to record is an error in the end, but none that costs the results.
 Result<ScanSummary> Scan::finish() {
   const auto recorded = as_run_failure(recorder_.finish());
   if (!recorded) summary_.failure = recorded.error();

@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What a replay shows: moments of a recording, each of which continues the one before.
+/// Subject of a replay: moments of a recording, each of which continues the one before.
 class ReplaySubject {
  public:
   virtual ~ReplaySubject() = default;

@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// What the report of a finished run tells in numbers, named by its keys ("frames.integrated").
+/// Numbers in the report of a finished run, named by its keys ("frames.integrated").
 struct ResultNumbers {
   using Named = std::vector<std::pair<std::string, double>>;
   Named stages_ms;  ///< medians of the `*_ms`

@@ -103,7 +103,7 @@ void show_parameters(const Path& path, StationView& view) {
   view.on_parameters({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
-/// What the run said that its result is worth, and its numbers, where its report tells.
+/// Shows the verdict of the run and its numbers, where its report has them.
 void show_report(const Path& report, StationView& view) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 26;
   const auto bytes = read_file_bytes(report, kMostBytes);

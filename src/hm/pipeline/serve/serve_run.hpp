@@ -13,7 +13,7 @@
 
 namespace hm {
 
-/// What a station is to show.
+/// Input of a station: what it shows.
 struct ServeOptions {
   std::filesystem::path path;  ///< result, map, mesh, occupancy map, or recording
   std::string listen;          ///< LiveStationOptions::listen
@@ -26,7 +26,7 @@ struct ServeOptions {
   std::function<void(const LiveStation&)> on_open;
 };
 
-/// What was shown.
+/// Summary of what was shown.
 struct ServeSummary {
   std::string what;  ///< "result", "map", "mesh", "occupancy map", "recording"
   double seconds = 0;

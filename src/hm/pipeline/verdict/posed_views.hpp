@@ -34,8 +34,8 @@ struct ViewDifference {
 struct ViewPair {
   std::size_t first = 0, second = 0;
 };
-/// Of every pair, by depth; none where an image cannot be read, or where the views share less than 30 % of
-/// their points. On the threads of the run, with its progress as `stage`.
+/// Difference of every pair, by depth; none where an image cannot be read, or where the views share less than
+/// 30 % of their points. On the threads of the run, with its progress as `stage`.
 std::vector<std::optional<ViewDifference>> differences(const Recording& recording,
                                                        const std::vector<PosedView>& views,
                                                        std::span<const ViewPair> pairs, const RunContext& run,

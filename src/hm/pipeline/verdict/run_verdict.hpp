@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// What the result of a run is worth, from what the run knows without truth.
+/// Quality of the result of a run, judged without truth.
 enum class MapVerdict {
   kOk,        ///< nothing speaks against it
   kDoubtful,  ///< parts of it may be wrong

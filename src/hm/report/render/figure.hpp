@@ -4,7 +4,7 @@
 
 namespace hm {
 
-/// What is seen of a mesh, and the light on it: what a view has in every style. Internal to this room.
+/// Visible surface of a mesh and the light on it: common to views of every style. Internal to this room.
 struct LitSurface {
   VisibilityBuffer buffer;  ///< two samples along each side of a pixel
   ViewProjection projection;

@@ -26,7 +26,7 @@ class TapOffsets {
                                                            radius * std::sin(angle)};
       }
   }
-  /// Of a pixel, in units of the reach.
+  /// Taps of a pixel, in units of the reach.
   [[nodiscard]] const std::array<Vec2, kTaps>& at(int x, int y) const {
     return of_pixel_[static_cast<std::size_t>((y & 3) * 4 + (x & 3))];
   }

@@ -18,7 +18,7 @@ class WheelErrors {
 
   /// The generator chooses to which side the heading turns.
   explicit WheelErrors(Rng rng) : rng_(rng), veer_rad_m_(rng_.uniform() < 0.5 ? -kVeer_rad_m : kVeer_rad_m) {}
-  /// What the wheels measure of a motion of the base.
+  /// Measurement of the wheels of a motion of the base.
   SE2 measure(const SE2& motion);
 
  private:

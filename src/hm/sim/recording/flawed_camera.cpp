@@ -63,7 +63,7 @@ RenderedView FlawedCamera::view(const SE3& T_world_camera, double elapsed_s, con
   return seen(depth_camera_, poses, elapsed_s, loop);
 }
 
-/// Of the colour camera, the middle row exposed at this time.
+/// Poses of the rows of the colour camera, the middle row exposed at this time.
 std::vector<SE3> FlawedCamera::row_poses(const PinholeCamera& camera, double middle_s) const {
   std::vector<SE3> poses;
   for (int row = 0; row < camera.height; ++row) {

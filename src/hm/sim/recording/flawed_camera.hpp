@@ -26,7 +26,7 @@ class FlawedCamera {
   explicit FlawedCamera(const Setup& setup);
 
   [[nodiscard]] SE3 T_world_camera(double elapsed_s) const;
-  /// What the depth camera sees from its pose at this time, and a colour camera at its place.
+  /// View of the depth camera from its pose at this time, and of a colour camera at its place.
   [[nodiscard]] RenderedView view(const SE3& T_world_camera, double elapsed_s,
                                   const ParallelLoop& loop) const;
   /// Colour image of the frame whose depth image is taken at this time.

@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// What a real recording has and an ideal one lacks, beyond the noise of its depth sensor (SensorEffects).
+/// Flaws of a real recording that an ideal one lacks, beyond the noise of its depth sensor (SensorEffects).
 enum class Flaw : unsigned {
   kBlur,            ///< colour moves while it is exposed
   kRollingShutter,  ///< rows of the colour image are exposed one after another

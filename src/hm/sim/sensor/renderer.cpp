@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
 namespace hm {
 namespace {
@@ -48,6 +49,22 @@ Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
   return inside ? Vec3(p - normal * (normal.dot(p - a) / normal.squaredNorm())) : best;
 }
 
+/// Throws std::bad_alloc when Embree has failed; null: it gave no device. A thread that the system refuses is
+/// reported as an unknown error.
+void check_embree(RTCDevice device) {
+  const RTCError code = rtcGetDeviceError(device);
+  if (code == RTC_ERROR_OUT_OF_MEMORY || code == RTC_ERROR_UNKNOWN) throw std::bad_alloc();
+  HM_CHECK(code == RTC_ERROR_NONE && device != nullptr, "Embree failed with code {}", static_cast<int>(code));
+}
+
+struct ReleaseEmbree {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+template <class Handle>
+using EmbreeOwner = std::unique_ptr<std::remove_pointer_t<Handle>, ReleaseEmbree>;
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -56,7 +73,8 @@ struct Renderer::Impl {
   std::vector<Plane> planes;           ///< of every triangle
   std::vector<std::uint16_t> part_of;  ///< of every triangle
   std::vector<Reflectance> returns;    ///< of every part
-  RTCDevice device = nullptr;
+  EmbreeOwner<RTCDevice> device_owner;
+  EmbreeOwner<RTCScene> scene_owner;
   RTCScene scene = nullptr;
 
   explicit Impl(const World& w) : world(&w), mesh(merged_mesh(w)) {
@@ -73,32 +91,33 @@ struct Renderer::Impl {
     }
     build_scene();
   }
-  ~Impl() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
+  ~Impl() = default;
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   void build_scene() {
     // A number of threads here would be a limit of TBB for the whole process while the device lives.
-    device = rtcNewDevice(nullptr);
-    HM_CHECK(device != nullptr, "Embree gives no device: error {}",
-             static_cast<int>(rtcGetDeviceError(nullptr)));
-    scene = rtcNewScene(device);
+    device_owner.reset(rtcNewDevice(nullptr));
+    const RTCDevice device = device_owner.get();
+    check_embree(device);
+    scene_owner.reset(rtcNewScene(device));
+    scene = scene_owner.get();
+    check_embree(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+    const EmbreeOwner<RTCGeometry> geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+    check_embree(device);
+    void* vertices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              3 * sizeof(float), mesh.vertices.size());
-    std::copy_n(mesh.vertices.data()->data(), 3 * mesh.vertices.size(), static_cast<float*>(vertices));
-    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+    void* indices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                             3 * sizeof(std::uint32_t), mesh.triangles.size());
+    check_embree(device);
+    std::copy_n(mesh.vertices.data()->data(), 3 * mesh.vertices.size(), static_cast<float*>(vertices));
     std::copy_n(mesh.triangles.data()->data(), 3 * mesh.triangles.size(),
                 static_cast<std::uint32_t*>(indices));
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(scene, geometry.get());
     rtcCommitScene(scene);
+    check_embree(device);
   }
 
   [[nodiscard]] Vec3 corner(std::uint32_t triangle, std::size_t k) const {

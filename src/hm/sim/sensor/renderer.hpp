@@ -42,7 +42,7 @@ struct RayHit {
 /// from Embree, the depth from that triangle's plane in double precision.
 class Renderer {
  public:
-  /// Keeps a reference: the world must outlive the renderer.
+  /// Keeps a reference: the world must outlive the renderer. Throws std::bad_alloc when memory runs out.
   explicit Renderer(const World& world);
   ~Renderer();
   Renderer(Renderer&&) noexcept;

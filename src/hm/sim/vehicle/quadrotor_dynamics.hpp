@@ -34,7 +34,7 @@ struct BodyWrench {
   Vec3 torque_base_nm = Vec3::Zero();
 };
 
-/// What acts on a quadrotor, constant during a step.
+/// Inputs of a quadrotor, constant during a step.
 struct QuadrotorInputs {
   RotorValues rotor_command_rad_s = RotorValues::Zero();  ///< within what the battery allows
   RotorValues thrust_factor = RotorValues::Ones();        ///< 1 + error of each rotor

@@ -13,7 +13,7 @@ struct RotorParams {
   double spin_up_s = 0.0125;                ///< time constant of a rising speed
   double spin_down_s = 0.025;               ///< time constant of a falling speed
   double max_speed_rad_s = 838;             ///< at the battery's nominal voltage
-  /// Of a rotor: 10 inch propellers.
+  /// Radius of a rotor: 10 inch propellers.
   static constexpr double kRadius_m = 0.128;
   /// cd in F = -cd W v_perp (rotors_description).
   static constexpr double kDragConstant_n_s2_m = 8.06e-5;
@@ -42,7 +42,7 @@ struct AirframeParams {
   double mass_kg = 1.387;
   double inertia_xy_kg_m2 = 0.01, inertia_z_kg_m2 = 0.02;  ///< about the centre of mass
   double arm_m = 0.21;                                     ///< from the middle to a rotor's axis
-  /// Of the rotors above the base's origin.
+  /// Height of the rotors above the base's origin.
   static constexpr double kRotorHeight_m = 0.03;
   double body_drag_n_s2_m2 = 0.02;  ///< c2 in F = -c2 |v| v
   double com_offset_m = 0.005;      ///< horizontal distance of the centre of mass from the base's origin
@@ -86,7 +86,7 @@ struct WindParams {
   /// Correlation time of the turbulence.
   static constexpr double kTurbulenceCorrelation_s = 1.5;
   double gust_m_s = 1.5;  ///< peak speed of a gust
-  /// Of a gust, from calm to calm.
+  /// Duration of a gust, from calm to calm.
   static constexpr double kGustDuration_s = 2;
   /// Between the beginnings of two gusts; the first begins at half.
   static constexpr double kGustPeriod_s = 20;
@@ -108,7 +108,7 @@ struct VibrationParams {
   double imu_misalignment_rad = 0.0174533;  ///< angle between the IMU and its nominal orientation
 };
 
-/// What the vehicle's own electronics do with a command.
+/// Reaction of the vehicle's own electronics to a command.
 enum class InnerLoopKind {
   kMotors,       ///< commands are rotor speeds
   kSecondOrder,  ///< commands are attitudes, followed with second-order dynamics
@@ -124,7 +124,7 @@ struct InnerLoopParams {
   double attitude_damping_ratio = 0.8;      ///< of the second-order loop
   double attitude_time_constant_s = 0.257;  ///< of the first-order loop
   double attitude_gain = 0.75;              ///< reached per commanded angle, first-order loop
-  /// Of the yaw rate, both loops.
+  /// Time constant of the yaw rate, both loops.
   static constexpr double kYawRateTimeConstant_s = 0.1;
 
   template <class Self, class Visitor>

@@ -182,7 +182,7 @@ double MotionSearch::merit(const PlanarScan& scan, const std::vector<Vec2>& poin
          penalty(start, T_odom_base);
 }
 
-/// Of the deviation from the prediction.
+/// Penalty of the deviation from the prediction.
 double MotionSearch::penalty(const MotionSearchStart& start, const SE2& T_odom_base) const {
   if (start.covariance) {
     const Vec2 shift = T_odom_base.translation() - start.T_odom_base.translation();

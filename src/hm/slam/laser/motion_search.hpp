@@ -60,7 +60,8 @@ struct MotionSearchStart {
   double half_angle_rad = 4;  ///< largest deviation of the heading; more than pi: any heading
   /// Time since the pose that the prediction is based on: the penalty on the deviation decreases with it.
   double elapsed_s = 1;
-  /// Of the prediction's (x, y, angle), x and y along the axes of `odom`: takes the place of that penalty.
+  /// Covariance of the prediction's (x, y, angle), x and y along the axes of `odom`: takes the place of that
+  /// penalty.
   std::optional<Mat3> covariance = {};
 };
 

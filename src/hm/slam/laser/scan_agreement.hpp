@@ -18,7 +18,7 @@ struct ScanAgreement {
   }
 };
 
-/// What scans are compared with.
+/// Limits by which scans are compared.
 struct ScanAgreementLimits {
   /// A beam ends "at" a point within this distance, which grows with the range (heading, spread of the beam).
   double tolerance_m = 0.25, tolerance_ratio = 0.02;

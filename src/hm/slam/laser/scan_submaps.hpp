@@ -34,9 +34,9 @@ struct ScanSubmap {
 /// Points of a scan within a range of the laser, evenly thinned to at most `max_points`.
 std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::size_t max_points);
 
-/// What a laser at `origin_m` (in the frame of the base) would see of a submap from a pose: in each direction
-/// the nearest point of its scans, in the frame of that base. For matching: half of what a laser that sees
-/// half of its surroundings shows on its way back, no single scan of the way there shows.
+/// Scan of a submap by a laser at `origin_m` (in the frame of the base) from a pose: in each direction the
+/// nearest point of its scans, in the frame of that base. For matching: half of what a laser that sees half
+/// of its surroundings shows on its way back, no single scan of the way there shows.
 PlanarScan submap_scan(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes,
                        const SE2& T_odom_base, const Vec2& origin_m);
 

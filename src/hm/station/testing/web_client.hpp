@@ -25,7 +25,7 @@ class WebClient {
   struct Message {
     int opcode = 0;  ///< 1 text, 2 binary, 8 close
     std::string data;
-    /// Of a close frame.
+    /// Code of a close frame.
     [[nodiscard]] int code() const;
     [[nodiscard]] std::string reason() const { return data.size() > 2 ? data.substr(2) : ""; }
     [[nodiscard]] std::span<const std::byte> bytes() const { return std::as_bytes(std::span(data)); }

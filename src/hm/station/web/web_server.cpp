@@ -66,7 +66,7 @@ WebRequest to_web_request(const Request& request) {
 
 class SocketConnection;
 
-/// What the connections share; touched by the server's thread only, but for what is atomic.
+/// State that the connections share; touched by the server's thread only, but for what is atomic.
 struct Shared {
   Shared(const WebLimits& the_limits, WebHandler& the_handler) : limits(the_limits), handler(the_handler) {}
   [[nodiscard]] Duration now() const {

@@ -54,10 +54,10 @@ struct WebClose {
   Refused refused = Refused::kMessage;  ///< as which it is counted
 };
 
-/// What happens next on a WebSocket: nothing yet, a message, or its end.
+/// Next output of a WebSocket: nothing yet, a message, or its end.
 using WebOutput = std::variant<std::monostate, WebMessage, WebClose>;
 
-/// What a WebSocket is for: takes messages, gives messages when the socket has room. All on the server's
+/// Application of a WebSocket: takes messages, gives messages when the socket has room. All on the server's
 /// thread; times since the server's start.
 class WebSocketSession {
  public:
@@ -74,7 +74,7 @@ struct WebSocketOpening {
   std::string protocol;
 };
 
-/// What the server serves; called on its thread.
+/// Handler of the server's requests; called on its thread.
 class WebHandler {
  public:
   using Answer = std::function<void(WebResponse)>;

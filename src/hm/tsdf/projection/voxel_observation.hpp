@@ -5,8 +5,8 @@
 
 namespace hm {
 
-/// What a depth image says of one voxel: its pixel, and its distance in front of the surface measured there
-/// (4.2.1).
+/// Observation of one voxel by a depth image: its pixel, and its distance in front of the surface measured
+/// there (4.2.1).
 struct VoxelObservation {
   bool valid = false;
   bool in_range = false;  ///< the reading is not beyond far

@@ -14,7 +14,8 @@
 
 namespace hm {
 
-/// What experiments start from; each sets what it is about (world, script, control law, sensor) itself.
+/// Parameters that experiments start from; each sets what it is about (world, script, control law, sensor)
+/// itself.
 struct ExperimentParameters {
   FlightParameters flight;
   SimulationParams simulation;
@@ -37,7 +38,7 @@ struct ExperimentRow {
   std::string unit;  ///< of both: "cm", "%"; empty: a count
 };
 
-/// What an experiment found.
+/// Results of an experiment.
 struct ExperimentFindings {
   std::vector<ExperimentRow> rows;
   std::function<void(HtmlReport&)> add_figures;  ///< the figure remade, section by section

@@ -21,7 +21,7 @@ struct MavlinkAutopilotSetup {
   Duration answer_limit{20'000'000};
   /// Unanswered messages in a row after which it has failed.
   int most_unanswered = 500;
-  /// Signs what is sent, and hears what is signed with it only.
+  /// Signs what is sent, and accepts only what is signed with it.
   std::optional<MavlinkKey> key;
 };
 
@@ -42,7 +42,7 @@ class MavlinkAutopilot : public FlightCore {
   static constexpr Duration kReadyAfter{1'200'000'000};
   /// Between two SET_GPS_GLOBAL_ORIGIN to an ArduPilot that does not estimate a position yet.
   static constexpr Duration kOriginPeriod{1'000'000'000};
-  /// What it says is kept up to so many texts.
+  /// Number of its texts that are kept.
   static constexpr std::size_t kMostTexts = 1000;
 
   MavlinkAutopilot(std::unique_ptr<Transport> transport, const MavlinkAutopilotSetup& setup = {});

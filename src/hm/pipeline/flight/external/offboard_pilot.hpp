@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What is known of an external autopilot by its messages.
+/// State of an external autopilot by its messages.
 struct OffboardView {
   Time now;
   bool armed = false;
@@ -38,7 +38,7 @@ class OffboardPilot {
   void update(const OffboardView& view);
   [[nodiscard]] AutopilotState state() const { return state_; }
   [[nodiscard]] FlightPhase phase() const { return phase_; }
-  /// What the autopilot is to follow, in `odom`; nothing while it lands or has not estimated anything.
+  /// Set-point for the autopilot, in `odom`; nothing while it lands or has not estimated anything.
   [[nodiscard]] const std::optional<LinkSetPoint>& set_point() const { return set_point_; }
   /// Commands that are still to be sent, in order, without their addresses.
   [[nodiscard]] std::deque<MavCommandLong>& commands() { return commands_; }

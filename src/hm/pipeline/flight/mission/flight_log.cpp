@@ -81,7 +81,7 @@ void FlightLog::add(const FlightRun& run, const ScriptPilot& pilot) {
   ++steps_;
 }
 
-/// What another autopilot says, as why it does not arm.
+/// Logs the texts of another autopilot, as why it does not arm.
 void FlightLog::note_texts(const FlightCore& core) {
   for (const CoreText& said : core.texts().subspan(texts_))
     if (events_.size() < kMostEvents) note(now_s_, "autopilot: " + said.text);

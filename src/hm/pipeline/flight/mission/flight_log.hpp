@@ -120,7 +120,7 @@ class FlightLog {
 /// Motion of a moment by the truth and by the core's estimate; of the latter, what is not known yet is NaN.
 FlightMotion true_motion(const FlightMoment& moment);
 FlightMotion estimated_motion(const FlightMoment& moment);
-/// What a pilot (ScriptPilot's identity) sees of a moment.
+/// View of a pilot (ScriptPilot's identity) at a moment.
 PilotView pilot_view(const FlightMoment& moment, std::uint8_t identity = ScriptPilot::kPilot);
 
 }  // namespace hm

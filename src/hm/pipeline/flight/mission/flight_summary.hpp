@@ -50,8 +50,8 @@ struct FlightSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// What makes the flight a failure, in words: an autopilot that failed, collisions, or an end in the air or
-/// not on the feet; empty for one without.
+/// Reason why the flight is a failure, in words: an autopilot that failed, collisions, or an end in the air
+/// or not on the feet; empty for one without.
 [[nodiscard]] std::string mishap_of(const FlightSummary& summary);
 
 /// The true path as T_odom_base.

@@ -13,7 +13,7 @@ struct StraightWay {
   std::string refusal;         ///< empty: the way is free
 };
 
-/// What a straight flight needs.
+/// Parameters of a straight flight.
 struct StraightWayParams {
   double hull_radius_m = 0.34;
   /// Around the vehicle, where its laser cannot see, space counts as free.

@@ -152,7 +152,7 @@ class DueTimes {
   }
 };
 
-/// What a flight shows of its fail-safes.
+/// Fail-safes observed in a flight.
 struct Observed {
   explicit Observed(const AutopilotParams& params) : due(params) {}
   DueTimes due;

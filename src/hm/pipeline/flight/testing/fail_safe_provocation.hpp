@@ -12,7 +12,7 @@ enum class Poses {
   kShifted,  ///< by 0.4 m
   kTurned,   ///< by 90 degrees about the place where this begins
 };
-/// What the pilot does from the moment of the provocation on.
+/// Behaviour of the pilot from the moment of the provocation on.
 enum class ProvokingBehaviour {
   kHovers,
   kStopsVelocity,  ///< velocity commands for a second, then none
@@ -52,8 +52,8 @@ struct Provocation {
 std::vector<Provocation> fail_safe_provocations();
 
 struct ProvocationOutcome {
-  /// Of each fail-safe judged: time between its action and the moment at which the table asks for it, in
-  /// steps of 1 ms; infinite if it did not act, though it had to, or the other way round.
+  /// Time between the action of each fail-safe judged and the moment at which the table requires it, in steps
+  /// of 1 ms; infinite if it did not act, though it had to, or the other way round.
   std::vector<double> off_steps;
   std::size_t collisions = 0;
   bool ended_well = false;

@@ -73,8 +73,8 @@ std::string range_text(const LaserChoiceInput& input) {
   const RangeCounts& counts = input.pipeline.range_counts();
   if (input.pipeline.uses_range())
     return fmt::format(
-        "height from the range sensor: {} of {} used, the others are outside of its limits or of height.max_"
-        "tilt_rad",
+        "height from the range sensor: {} of {} used, the others are outside of its limits or were "
+        "taken while the vehicle was tilted too far",
         counts.used, counted(counts.processed, "reading"));
   std::string why = "it gives no reading within its limits, or does not look down";
   if (!input.pipeline.matches_scans()) why = "poses are those of odometry";

@@ -132,7 +132,7 @@ struct LaserSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// What the frame itself tells: all but ms, localisation, rebuild_s, mvog_odom, max_shift_m.
+/// Summary of the frame alone: all but ms, localisation, rebuild_s, mvog_odom, max_shift_m.
 MapFrameSummary summarise_map_frame(const LaserMapFrame& frame);
 
 /// T_map_odom over time, as columns.

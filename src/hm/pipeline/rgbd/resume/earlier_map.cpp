@@ -30,7 +30,7 @@ std::uint64_t largest_landmark(const std::vector<TrackedRecord>& records) {
   return largest;
 }
 
-/// What the end of the earlier run has turned its map by, beyond the poses of its tracking (slam.level): the
+/// Rotation of its map at the end of the earlier run, beyond the poses of its tracking (slam.level): the
 /// first keyframe is where the map begins.
 SE3 turn_of_map(const SlamCheckpoint& checkpoint, const std::vector<TrackedRecord>& records) {
   const auto first =
@@ -185,33 +185,39 @@ Result<RgbdFrame> FramesOfSessions::read_with(Result<RgbdFrame> (FrameSource::*h
   return frame;
 }
 
-Result<std::vector<std::filesystem::path>> write_joined_state(const EarlierMap& earlier,
-                                                              const std::vector<TrackedRecord>& records,
-                                                              SlamCheckpoint checkpoint,
-                                                              const std::filesystem::path& folder) {
-  HM_CHECK(checkpoint.sessions.size() == 1, "{} sessions of the new run", checkpoint.sessions.size());
-  const auto frames_before = static_cast<std::int64_t>(earlier.frame_count());
-  const auto of_new = static_cast<std::int64_t>(earlier.frames_of_new);
+Result<JoinedState> JoinedState::begin(const EarlierMap& earlier, const std::filesystem::path& folder) {
   auto journal = SlamJournal::create(folder / kSlamJournalName);
   if (!journal) return forward_error(journal);
-  RecordShift back, behind = earlier.of_new;
-  back.frames = -of_new;
-  behind.frames = frames_before;
+  RecordShift back;
+  back.frames = -static_cast<std::int64_t>(earlier.frames_of_new);
   for (const TrackedRecord& record : earlier.records) journal->add(shifted(record, back));
-  for (const TrackedRecord& record : records) journal->add(shifted(record, behind));
-  for (const auto& step : {journal->flush(), journal->sync()})
+  return JoinedState(earlier, folder, std::move(*journal));
+}
+
+void JoinedState::add(const TrackedRecord& record) {
+  RecordShift behind = earlier_->of_new;
+  behind.frames = static_cast<std::int64_t>(earlier_->frame_count());
+  journal_.add(shifted(record, behind));
+}
+
+Result<std::vector<std::filesystem::path>> JoinedState::finish(SlamCheckpoint checkpoint) {
+  HM_CHECK(checkpoint.sessions.size() == 1, "{} sessions of the new run", checkpoint.sessions.size());
+  const EarlierMap& earlier = *earlier_;
+  const auto frames_before = static_cast<std::int64_t>(earlier.frame_count());
+  const auto of_new = static_cast<std::int64_t>(earlier.frames_of_new);
+  for (const auto& step : {journal_.flush(), journal_.sync()})
     if (!step) return forward_error(step);
-  checkpoint.journal = journal->mark();
+  checkpoint.journal = journal_.mark();
   checkpoint.sessions.insert(checkpoint.sessions.begin(), earlier.sessions.begin(), earlier.sessions.end());
   for (KeyframePlace& place : checkpoint.places)
     place.frame_index =
         moved_index(place.frame_index, place.frame_index < earlier.frames_of_new ? frames_before : -of_new);
   checkpoint.next_frame += static_cast<std::uint64_t>(frames_before);
   checkpoint.recording_frames += static_cast<std::uint64_t>(frames_before);
-  const auto state = folder / kSlamStateName;
+  const auto state = folder_ / kSlamStateName;
   if (const auto written = write_file_bytes(state, to_file_bytes(checkpoint)); !written)
     return forward_error(written);
-  return std::vector{folder / kSlamJournalName, state};
+  return std::vector{folder_ / kSlamJournalName, state};
 }
 
 }  // namespace hm

@@ -16,7 +16,7 @@ namespace hm {
 /// The frames of a saved run that its map had.
 std::vector<Observation> mapped_frames(std::span<const TrackedRecord> records);
 
-/// What moves a frame's record among those of other recordings.
+/// Offsets that place a frame's record among those of other recordings.
 struct RecordShift {
   std::int64_t frames = 0;  ///< added to indices
   Duration time;            ///< added to stamps
@@ -37,7 +37,7 @@ struct EarlierMap {
   std::filesystem::path folder;
   std::vector<TrackedRecord> records;
   std::vector<MapSession> sessions;
-  /// Of each session; null where it cannot be read any more, which `warnings` say.
+  /// Recording of each session; null where it cannot be read any more, which `warnings` say.
   std::vector<std::unique_ptr<Recording>> recordings;
   std::vector<std::string> warnings;
   std::size_t frames_of_new = 0;  ///< of the new recording
@@ -84,12 +84,24 @@ class FramesOfSessions final : public FrameSource {
   const EarlierMap& earlier_;
 };
 
-/// Writes slam_state.bin and slam_journal.bin of the joined map into a folder: the records of the earlier
-/// recordings, then those of the new one, `records`, as its tracking gave them. The checkpoint is that of the
-/// new run; its index of frames, its places and its sessions become those of all. Returns both files.
-Result<std::vector<std::filesystem::path>> write_joined_state(const EarlierMap& earlier,
-                                                              const std::vector<TrackedRecord>& records,
-                                                              SlamCheckpoint checkpoint,
-                                                              const std::filesystem::path& folder);
+/// Writes slam_journal.bin and slam_state.bin of the joined map into a folder. The journal is written frame
+/// by frame, so that memory does not grow with the new recording.
+class JoinedState {
+ public:
+  /// Begins the journal with the records of the earlier recordings. `earlier` must outlive it.
+  static Result<JoinedState> begin(const EarlierMap& earlier, const std::filesystem::path& folder);
+  /// Appends a frame of the new recording, as its tracking gave it.
+  void add(const TrackedRecord& record);
+  /// Writes the state. The checkpoint is that of the new run; its index of frames, its places and its
+  /// sessions become those of all. Returns both files, or the first error of writing one.
+  Result<std::vector<std::filesystem::path>> finish(SlamCheckpoint checkpoint);
+
+ private:
+  JoinedState(const EarlierMap& earlier, std::filesystem::path folder, SlamJournal journal)
+      : earlier_(&earlier), folder_(std::move(folder)), journal_(std::move(journal)) {}
+  const EarlierMap* earlier_;
+  std::filesystem::path folder_;
+  SlamJournal journal_;
+};
 
 }  // namespace hm

@@ -98,7 +98,15 @@ TEST_F(EarlierMapOfARoom, ANewRecordingGoesOnInItsFrame) {
   ASSERT_EQ(earlier->warnings.size(), 1u) << "its recording is gone";
   EXPECT_LT(earlier->records.back().stamp, back.info().stamps.front()) << "both clocks begin alike";
   SlamPipeline slam(back, RgbdParameters(), {}, &*earlier);
-  const auto records = track(slam);
+  const TemporaryFolder joined;
+  auto joined_state = JoinedState::begin(*earlier, joined.path()).value();
+  std::vector<std::uintmax_t> journal_bytes;
+  EXPECT_TRUE(slam.track_and_map([&](std::size_t) {
+    joined_state.add(slam.last_frame());
+    journal_bytes.push_back(std::filesystem::file_size(joined / kSlamJournalName));
+    return Result<void>();
+  }));
+  EXPECT_LT(journal_bytes.front() + 100'000, journal_bytes.back()) << "frames go to disk as they come";
   SlamCheckpoint checkpoint = slam.checkpoint(kFrames);
   slam.close_loops();
   const SlamState& state = slam.state();
@@ -118,8 +126,7 @@ TEST_F(EarlierMapOfARoom, ANewRecordingGoesOnInItsFrame) {
   checkpoint.recording_frames = kFrames;
   checkpoint.places = keyframe_places(*state.keyframes);
   checkpoint.sessions = {MapSession::of("back", {}, kFrames)};
-  const TemporaryFolder joined;
-  ASSERT_TRUE(write_joined_state(*earlier, records, checkpoint, joined.path()));
+  ASSERT_TRUE(joined_state.finish(checkpoint));
   const auto again = read_earlier_map(joined.path(), walk_there(), 0);
   ASSERT_TRUE(again) << to_string(again.error());
   EXPECT_EQ(again->frame_count(), 2 * kFrames);

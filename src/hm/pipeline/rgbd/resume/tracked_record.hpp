@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What a run keeps of one frame given to visual odometry.
+/// Record of one frame given to visual odometry.
 struct TrackedRecord {
   std::size_t index = 0;   ///< in the recording
   bool was_read = false;   ///< else nothing but `reason` is set
