@@ -86,11 +86,12 @@ using PoseFinder =
 /// Whether other data than the reference confirm the pose of a scan.
 using PoseJudge = std::function<bool(const PlanarScan& scan, const SE2& T_odom_base)>;
 
-/// How far a scan lies from a pose along a direction, a unit vector in `odom`; nothing if that cannot be
-/// told.
+/// How far a scan lies from a pose along a direction, and the standard deviation of that.
 struct FoundShift {
   double shift_m = 0, sigma_m = 0;
 };
+/// Finds it along `direction_odom`, a unit vector in `odom`, for a pose that the velocity `elapsed_s` before
+/// predicts; nothing if it cannot be told.
 using ShiftFinder = std::function<std::optional<FoundShift>(const PlanarScan& scan, const SE2& T_odom_base,
                                                             const Vec2& direction_odom, double elapsed_s)>;
 
