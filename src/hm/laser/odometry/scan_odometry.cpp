@@ -273,21 +273,21 @@ void ScanOdometry::move_along_free_direction(const PlanarScan& scan, const Motio
   const ScanMatch first = step.match;
   if (!prediction.find_along || prediction.T_last_now || prediction.velocity_base || first.free.count != 1)
     return;
-  const Vec2 direction = first.free.directions[0].head<2>();
-  if (direction.norm() < kAlong) return;
-  const Vec2 direction_odom = T_odom_keyframe_.rotation() * direction.normalized();
+  const Vec2 free = first.free.directions[0].head<2>();
+  if (free.norm() < kAlong) return;
+  const Vec2 direction = free.normalized(), direction_odom = T_odom_keyframe_.rotation() * direction;
   SE2 T_odom_base = T_odom_keyframe_ * *first.T_reference_sensed;
   const auto found = prediction.find_along(scan, T_odom_base, direction_odom, unmatched_s_);
   if (!found) return;
   T_odom_base = SE2(T_odom_base.translation() + found->shift_m * direction_odom, T_odom_base.angle());
   step.match = match_once(scan, {T_odom_base});
   if (!fits(step.match)) {
-    step.match = match_once(scan, predicted());
+    step.match = match_once(scan, predicted());  // the matcher's last match is to be the one that counts
     return;
   }
   Mat3 elsewhere = kFreeDirectionVariance_m2 * Mat3::Identity();
-  elsewhere.topLeftCorner<2, 2>() += (found->sigma_m * found->sigma_m - kFreeDirectionVariance_m2) *
-                                     direction.normalized() * direction.normalized().transpose();
+  elsewhere.topLeftCorner<2, 2>() +=
+      (found->sigma_m * found->sigma_m - kFreeDirectionVariance_m2) * direction * direction.transpose();
   step.match.covariance = fused_covariance(step.match.covariance, elsewhere);
 }
 

@@ -73,9 +73,8 @@ struct Renderer::Impl {
   std::vector<Plane> planes;           ///< of every triangle
   std::vector<std::uint16_t> part_of;  ///< of every triangle
   std::vector<Reflectance> returns;    ///< of every part
-  EmbreeOwner<RTCDevice> device_owner;
-  EmbreeOwner<RTCScene> scene_owner;
-  RTCScene scene = nullptr;
+  EmbreeOwner<RTCDevice> device;
+  EmbreeOwner<RTCScene> scene;
 
   explicit Impl(const World& w) : world(&w), mesh(merged_mesh(w)) {
     HM_CHECK(w.parts.size() < RenderedView::kNoPart, "{} parts", w.parts.size());
@@ -91,33 +90,30 @@ struct Renderer::Impl {
     }
     build_scene();
   }
-  ~Impl() = default;
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   void build_scene() {
     // A number of threads here would be a limit of TBB for the whole process while the device lives.
-    device_owner.reset(rtcNewDevice(nullptr));
-    const RTCDevice device = device_owner.get();
-    check_embree(device);
-    scene_owner.reset(rtcNewScene(device));
-    scene = scene_owner.get();
-    check_embree(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    const EmbreeOwner<RTCGeometry> geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
-    check_embree(device);
+    device.reset(rtcNewDevice(nullptr));
+    check_embree(device.get());
+    scene.reset(rtcNewScene(device.get()));
+    check_embree(device.get());
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    const EmbreeOwner<RTCGeometry> geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    check_embree(device.get());
     void* vertices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              3 * sizeof(float), mesh.vertices.size());
     void* indices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                             3 * sizeof(std::uint32_t), mesh.triangles.size());
-    check_embree(device);
+    check_embree(device.get());
     std::copy_n(mesh.vertices.data()->data(), 3 * mesh.vertices.size(), static_cast<float*>(vertices));
     std::copy_n(mesh.triangles.data()->data(), 3 * mesh.triangles.size(),
                 static_cast<std::uint32_t*>(indices));
     rtcCommitGeometry(geometry.get());
-    rtcAttachGeometry(scene, geometry.get());
-    rtcCommitScene(scene);
-    check_embree(device);
+    rtcAttachGeometry(scene.get(), geometry.get());
+    rtcCommitScene(scene.get());
+    check_embree(device.get());
   }
 
   [[nodiscard]] Vec3 corner(std::uint32_t triangle, std::size_t k) const {
@@ -220,7 +216,7 @@ RenderedView Renderer::render(const PinholeCamera& camera, std::span<const SE3> 
                     impl_->returns};
   for_tiles(camera, loop, [&](int x0, int y0) {
     Packet packet;
-    trace_tile(impl_->scene, camera, x0, y0, T_world_camera, packet);
+    trace_tile(impl_->scene.get(), camera, x0, y0, T_world_camera, packet);
     for (std::size_t lane = 0; lane < kPacket; ++lane) {
       if (!packet.valid[lane] || packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
       const int x = x0 + static_cast<int>(lane) % kTile, y = y0 + static_cast<int>(lane) / kTile;
@@ -248,7 +244,7 @@ void Renderer::cast(std::span<const Ray> rays, std::span<RayHit> hits) const {
       packet.valid[lane] = -1;
       packet.set(lane, ray.origin_world, ray.direction_world, ray.near_m);
     }
-    packet.trace(impl_->scene);
+    packet.trace(impl_->scene.get());
     for (std::size_t lane = 0; lane < count; ++lane) {
       RayHit& hit = hits[begin + lane];
       hit = {};
@@ -277,7 +273,7 @@ bool Renderer::is_free(const Vec3& a_world, const Vec3& b_world, double margin_m
   ray.mask = ~0u;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(impl_->scene, &context, &ray);
+  rtcOccluded1(impl_->scene.get(), &context, &ray);
   return ray.tfar >= 0;  // Embree marks a hit with -infinity
 }
 
@@ -304,7 +300,7 @@ double Renderer::clearance_m(const Vec3& p_world, double limit_m) const {
     args->query->radius = static_cast<float>(distance);
     return true;
   };
-  rtcPointQuery(impl_->scene, &query, &context, visit, &search);
+  rtcPointQuery(impl_->scene.get(), &query, &context, visit, &search);
   return search.nearest;
 }
 

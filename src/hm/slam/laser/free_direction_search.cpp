@@ -8,15 +8,14 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kLastKeyframes = 12;
-/// A keyframe when the last one is further away, or turned further.
-constexpr double kKeyframeShift_m = 0.3, kKeyframeTurn_rad = 0.35;
 constexpr CorrelativeMapParams kWallRaster{0.05, 0.04, 1, 0.02};
 /// Points of neighbouring beams are of one wall up to this distance: in the scan, and in keyframes.
 constexpr double kScanSpacing_m = 0.25, kKeyframeSpacing_m = 0.5;
 constexpr std::size_t kMinWallPoints = 40;
+constexpr int kSteps = 11;
 constexpr double kStep_m = 0.05;
-constexpr int kSteps = static_cast<int>(FreeDirectionSearch::kReach_m / kStep_m);
+static_assert(kSteps * kStep_m > FreeDirectionSearch::kReach_m - 1e-9 &&
+              kSteps * kStep_m < FreeDirectionSearch::kReach_m + 1e-9);
 /// Weight of a point that fits, in log likelihood: less than its noise alone says, as neighbours fail
 /// together.
 constexpr double kPointWeight = 2;
@@ -44,27 +43,21 @@ void FreeDirectionSearch::clear() {
 }
 
 void FreeDirectionSearch::add(const PlanarScan& scan, const SE2& T_odom_base) {
-  if (!keyframes_.empty()) {
-    const SE2 motion = keyframes_.back().T_odom_base.inverse() * T_odom_base;
-    if (motion.translation().norm() < kKeyframeShift_m && std::abs(motion.angle()) < kKeyframeTurn_rad)
-      return;
-  }
-  if (keyframes_.size() >= kLastKeyframes) keyframes_.pop_front();
-  Keyframe keyframe{T_odom_base, {}};
+  if (!keyframes_.is_due(T_odom_base)) return;
+  std::vector<Vec2> walls_m;
   for_each_wall(scan, kKeyframeSpacing_m, [&](const Vec2& from, const Vec2& to) {
     const int pieces = 1 + static_cast<int>((to - from).norm() / kWallRaster.resolution_m);
-    for (int k = 0; k < pieces; ++k)
-      keyframe.walls_m.push_back(T_odom_base * Vec2(from + (to - from) * k / pieces));
+    for (int k = 0; k < pieces; ++k) walls_m.push_back(T_odom_base * Vec2(from + (to - from) * k / pieces));
   });
-  keyframes_.push_back(std::move(keyframe));
+  keyframes_.add(T_odom_base, std::move(walls_m));
   raster_.reset();
 }
 
 const CorrelativeMap& FreeDirectionSearch::raster() {
   if (raster_) return *raster_;
   std::vector<Vec2> walls_m;
-  for (const Keyframe& keyframe : keyframes_)
-    walls_m.insert(walls_m.end(), keyframe.walls_m.begin(), keyframe.walls_m.end());
+  for (const auto& keyframe : keyframes_.all())
+    walls_m.insert(walls_m.end(), keyframe.content.begin(), keyframe.content.end());
   return raster_.emplace(walls_m, kWallRaster);
 }
 
@@ -72,7 +65,7 @@ std::optional<FoundShift> FreeDirectionSearch::find(const PlanarScan& scan, cons
                                                     const Vec2& direction_odom, double elapsed_s) {
   std::vector<Vec2> points_m;
   for_each_wall(scan, kScanSpacing_m, [&](const Vec2&, const Vec2& to) { points_m.push_back(to); });
-  if (keyframes_.empty() || points_m.size() < kMinWallPoints) return std::nullopt;
+  if (keyframes_.all().empty() || points_m.size() < kMinWallPoints) return std::nullopt;
   std::array<double, 2 * kSteps + 1> scores;
   for (int k = -kSteps; k <= kSteps; ++k) {
     const Vec2 at_m = T_odom_base.translation() + k * kStep_m * direction_odom;

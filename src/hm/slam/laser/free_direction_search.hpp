@@ -1,9 +1,9 @@
 #pragma once
-#include <deque>
 #include <optional>
 #include <vector>
 
 #include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/slam/laser/recent_keyframes.hpp"
 #include "hm/slam/laser/search/correlative_map.hpp"
 
 namespace hm {
@@ -22,7 +22,7 @@ namespace hm {
 class FreeDirectionSearch {
  public:
   /// Largest shift that is looked at.
-  static constexpr double kReach_m = 0.6;
+  static constexpr double kReach_m = 0.55;
 
   /// Adds a scan with known pose.
   void add(const PlanarScan& scan, const SE2& T_odom_base);
@@ -33,14 +33,10 @@ class FreeDirectionSearch {
   void clear();
 
  private:
-  struct Keyframe {
-    SE2 T_odom_base;
-    std::vector<Vec2> walls_m;  ///< points along them, in `odom`
-  };
   const CorrelativeMap& raster();
 
-  std::deque<Keyframe> keyframes_;
-  std::optional<CorrelativeMap> raster_;  // of keyframes_; built on first use
+  RecentKeyframes<std::vector<Vec2>> keyframes_;  // points along walls, in `odom`
+  std::optional<CorrelativeMap> raster_;          // of keyframes_; built on first use
 };
 
 }  // namespace hm

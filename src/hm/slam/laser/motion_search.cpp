@@ -81,22 +81,16 @@ void MotionSearch::clear() {
 
 void MotionSearch::add(const PlanarScan& scan, const SE2& T_odom_base) {
   if (scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return;
-  if (!keyframes_.empty()) {
-    const SE2 motion = keyframes_.back().T_odom_base.inverse() * T_odom_base;
-    if (motion.translation().norm() < params_.kKeyframeDistance_m &&
-        std::abs(motion.angle()) < params_.kKeyframeAngle_rad)
-      return;
-  }
-  if (keyframes_.size() >= static_cast<std::size_t>(params_.kKeyframes)) keyframes_.pop_front();
-  keyframes_.push_back({scan, T_odom_base});
+  if (!keyframes_.is_due(T_odom_base)) return;
+  keyframes_.add(T_odom_base, scan);
   raster_.reset();
 }
 
 const CorrelativeMap& MotionSearch::raster() {
   if (raster_) return *raster_;
   std::vector<Vec2> points_m;
-  for (const Keyframe& keyframe : keyframes_)
-    for (const Vec2& point : points_within(keyframe.scan, params_.kMaxPointRange_m,
+  for (const auto& keyframe : keyframes_.all())
+    for (const Vec2& point : points_within(keyframe.content, params_.kMaxPointRange_m,
                                            static_cast<std::size_t>(4 * params_.kMaxPoints)))
       points_m.push_back(keyframe.T_odom_base * point);
   raster_.emplace(points_m, CorrelativeMapParams{kResolution_m, params_.kSigma_m, kLevels});
@@ -106,9 +100,10 @@ const CorrelativeMap& MotionSearch::raster() {
 ScanAgreement MotionSearch::agreement(const PlanarScan& scan, const SE2& T_odom_base,
                                       std::size_t max_keyframes) const {
   ScanAgreement sum;
-  const std::size_t step = std::max<std::size_t>(1, (keyframes_.size() + max_keyframes - 1) / max_keyframes);
-  for (std::size_t i = keyframes_.size(); i > 0; i -= std::min(i, step))
-    compare_scans(keyframes_[i - 1].scan, scan, keyframes_[i - 1].T_odom_base.inverse() * T_odom_base,
+  const auto& keyframes = keyframes_.all();
+  const std::size_t step = std::max<std::size_t>(1, (keyframes.size() + max_keyframes - 1) / max_keyframes);
+  for (std::size_t i = keyframes.size(); i > 0; i -= std::min(i, step))
+    compare_scans(keyframes[i - 1].content, scan, keyframes[i - 1].T_odom_base.inverse() * T_odom_base,
                   kAgreementLimits, sum);
   return sum;
 }
@@ -148,7 +143,7 @@ std::vector<MotionSearch::Place> MotionSearch::places(const std::vector<Vec2>& p
 std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const MotionSearchStart& start) {
   const std::vector<Vec2> points_m =
       points_within(scan, params_.kMaxPointRange_m, static_cast<std::size_t>(params_.kMaxPoints));
-  if (keyframes_.empty() || points_m.size() < static_cast<std::size_t>(params_.kMinPoints))
+  if (keyframes_.all().empty() || points_m.size() < static_cast<std::size_t>(params_.kMinPoints))
     return std::nullopt;
   std::vector<Place> found = places(points_m, start);
   ++failures_;
@@ -174,9 +169,9 @@ std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const Motion
 /// penalty for the deviation from the prediction.
 double MotionSearch::merit(const PlanarScan& scan, const std::vector<Vec2>& points_m, const SE2& T_odom_base,
                            const MotionSearchStart& start) {
-  const ScanAgreement sum = agreement(scan, T_odom_base, keyframes_.size());
+  const ScanAgreement sum = agreement(scan, T_odom_base, keyframes_.all().size());
   const auto agrees = static_cast<double>(sum.agrees), through = static_cast<double>(sum.seen_through);
-  const double points = static_cast<double>(keyframes_.size() * kAgreementLimits.max_points * 2);
+  const double points = static_cast<double>(keyframes_.all().size() * kAgreementLimits.max_points * 2);
   return raster().score(points_m, T_odom_base) * agrees /
              (agrees + kSeenThroughWeight * through + kPriorRatio * points) -
          penalty(start, T_odom_base);
@@ -201,15 +196,15 @@ double MotionSearch::penalty(const MotionSearchStart& start, const SE2& T_odom_b
 /// Improves a place by PL-ICP against the nearest keyframe, where that confirms it.
 void MotionSearch::refine(const PlanarScan& scan, Place& place) {
   place.covariance = covariance_of(kCoarse_m, kCoarse_rad);
-  const Keyframe* nearest = nullptr;
+  const Keyframes::Keyframe* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
-  for (const Keyframe& keyframe : keyframes_) {
+  for (const auto& keyframe : keyframes_.all()) {
     const SE2 T = keyframe.T_odom_base.inverse() * place.T_odom_base;
     const double apart = T.translation().norm() + kSearchApartPerTurn_m * std::abs(T.angle());
     if (apart < least) least = apart, nearest = &keyframe;
   }
   const ScanMatch match =
-      matcher_.match(nearest->scan, scan, nearest->T_odom_base.inverse() * place.T_odom_base);
+      matcher_.match(nearest->content, scan, nearest->T_odom_base.inverse() * place.T_odom_base);
   if (!match.ok() || match.mean_error_m > params_.kMaxError_m ||
       static_cast<double>(match.pairs) < params_.kMinPairsRatio * static_cast<double>(match.sensed_points))
     return;

@@ -1,22 +1,16 @@
 #pragma once
-#include <deque>
 #include <optional>
 #include <vector>
 
 #include "hm/core/params.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
+#include "hm/slam/laser/recent_keyframes.hpp"
 #include "hm/slam/laser/scan_agreement.hpp"
 #include "hm/slam/laser/search/correlative_map.hpp"
 
 namespace hm {
 
 struct MotionSearchParams {
-  /// Last keyframes that are searched for a scan.
-  static constexpr int kKeyframes = 12;
-  /// A keyframe when the last one is further away.
-  static constexpr double kKeyframeDistance_m = 0.3;
-  /// A keyframe when turned further from the last one: 20 degrees.
-  static constexpr double kKeyframeAngle_rad = 0.35;
   /// Spread of the likelihood about a point.
   static constexpr double kSigma_m = 0.15;
   /// Maximum range of the points used.
@@ -86,10 +80,7 @@ class MotionSearch {
   void clear();
 
  private:
-  struct Keyframe {
-    PlanarScan scan;
-    SE2 T_odom_base;
-  };
+  using Keyframes = RecentKeyframes<PlanarScan>;
   struct Place {
     SE2 T_odom_base;
     double score = 0, merit = 0;
@@ -106,7 +97,7 @@ class MotionSearch {
 
   MotionSearchParams params_;
   PlIcp matcher_;
-  std::deque<Keyframe> keyframes_;
+  Keyframes keyframes_;
   std::optional<CorrelativeMap> raster_;  // of keyframes_; built on first use
   int failures_ = 0;
 };

@@ -14,10 +14,10 @@ enum class Refused : std::uint8_t {
   kFull,        ///< as many viewers, pilots or files as there may be
   kRequest,     ///< no HTTP request that is served: malformed, too long, another method, with a body
   kConnection,  ///< too many: closed without an answer
-  kMessage,     ///< against the rules of its WebSocket
+  kMessage,     ///< against the rules of its WebSocket, or for what is not there
   kTooBig,      ///< a message beyond the limit
   kTooMany,     ///< messages in a second
-  kSilent,      ///< no hello, or no answer to pings, in time
+  kSilent,      ///< no hello in time; of pilots, pings unanswered or messages unread
   kCommand,     ///< of a pilot, answered with the reason
   kEnd
 };

@@ -18,9 +18,9 @@ struct CorrelativeMapParams {
 };
 
 /// Likelihood raster for correlative scan matching: exp(-d^2 / 2 sigma^2), scaled to 0 to 255, of the
-/// distance d (less `noise_m`) from each cell to the nearest map point, and a pyramid of its maxima as upper
-/// bounds (Olson, ICRA 2009, section III; Hess et al., ICRA 2016, section V-B). 0 outside the raster.
-/// Immutable.
+/// distance d (less `noise_m` along each axis) from each cell to the nearest map point, and a pyramid of its
+/// maxima as upper bounds (Olson, ICRA 2009, section III; Hess et al., ICRA 2016, section V-B). 0 outside the
+/// raster. Immutable.
 class CorrelativeMap {
  public:
   /// Builds the map from points (m), ignoring non-finite ones and those more than 500 m from the first.
