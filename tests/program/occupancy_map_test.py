@@ -47,6 +47,23 @@ class OccupancyMap(support.SharedFolderTest):
         head = (self.folder / "points.ply").read_bytes()[:400].decode("latin-1")
         self.assertEqual(int(re.search(r"element vertex (\d+)", head)[1]), points)
 
+    def test_letter_case_of_extensions(self):
+        for to, outputs in (("a.PGM", ["a.yaml", "a.PGM"]), ("b.YAML", ["b.YAML", "b.pgm"]),
+                            ("c.yml", ["c.yml", "c.pgm"])):
+            self.assertEqual(self.run_json("convert", self.map, to)["outputs"], outputs)
+            description, image = (self.folder / name for name in outputs)
+            self.assertEqual(image.read_bytes(), (self.result / "map.pgm").read_bytes(), to)
+            self.assertIn(f"image: {image.name}\n", description.read_text(), to)
+        for to, wanted in (("d.BT", "map.bt"), ("d.Ply", None), ("d.OT", None)):
+            self.run_hm("convert", self.map, to)
+            if wanted:
+                self.assertEqual((self.folder / to).read_bytes(), (self.result / wanted).read_bytes(), to)
+        upper = self.folder / "MAP.MVOG"
+        upper.write_bytes(self.map.read_bytes())
+        self.run_hm("convert", upper, "e.bt")
+        self.assertEqual((self.folder / "e.bt").read_bytes(), (self.result / "map.bt").read_bytes())
+        self.assertIn(".pgm", self.run_hm("convert", "--help").stdout)
+
     def test_wrong_input(self):
         self.assertIn("OctoMap", self.run_hm("convert", self.map, "map.obj", expect=2).stderr)
         damaged = self.folder / "damaged.mvog"

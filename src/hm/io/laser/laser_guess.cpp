@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/foreign_format.hpp"
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
@@ -112,7 +113,7 @@ std::vector<FoundLaserFile> laser_files_in(const std::filesystem::path& folder) 
   for (auto at = std::filesystem::directory_iterator(folder, code); !code && at != end(at);
        at.increment(code)) {
     const auto& path = at->path();
-    if (std::ranges::find(kExtensions, path.extension().string()) == kExtensions.end()) continue;
+    if (std::ranges::find(kExtensions, lower_extension(path)) == kExtensions.end()) continue;
     if (const auto kind = guess_kind(path)) found.push_back({path, *kind});
   }
   std::ranges::sort(found, {}, &FoundLaserFile::path);

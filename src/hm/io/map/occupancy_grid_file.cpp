@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 
@@ -228,19 +229,29 @@ std::uint8_t cell_of(std::uint8_t gray, int maximum, const MapDescription& map) 
 
 }  // namespace
 
+Result<OccupancyGridFiles> occupancy_grid_files(const std::filesystem::path& path) {
+  OccupancyGridFiles files{path, path};
+  const std::string extension = lower_extension(path);
+  if (extension == ".yaml" || extension == ".yml")
+    files.image.replace_extension(".pgm");
+  else if (extension == ".pgm")
+    files.description.replace_extension(".yaml");
+  else
+    return fail(ErrorCode::kUsage, path.string(), "a map of map_server ends in .yaml, .yml or .pgm");
+  return files;
+}
+
 Result<void> write_occupancy_grid(const std::filesystem::path& path, const OccupancyGrid2D& grid,
                                   OccupancyGridMode mode) {
-  if (path.extension() != ".yaml" && path.extension() != ".yml")
-    return fail(ErrorCode::kUsage, path.string(), "a map's description ends in .yaml");
+  const auto files = occupancy_grid_files(path);
+  if (!files) return forward_error(files);
   if (grid.cells.empty()) return fail(ErrorCode::kInvalidValue, path.string(), "the map is empty");
-  std::filesystem::path picture = path;
-  picture.replace_extension(".pgm");
-  if (const auto done = write_pgm(picture, grid, mode); !done) return forward_error(done);
-  OutputFile file(path);
+  if (const auto done = write_pgm(files->image, grid, mode); !done) return forward_error(done);
+  OutputFile file(files->description);
   file.write(
       fmt::format("image: {}\nresolution: {}\norigin: [{}, {}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
                   "free_thresh: 0.196\nmode: {}\n",
-                  picture.filename().string(), grid.resolution_m, grid.origin_m.x(), grid.origin_m.y(),
+                  files->image.filename().string(), grid.resolution_m, grid.origin_m.x(), grid.origin_m.y(),
                   mode == OccupancyGridMode::kRaw ? "raw" : "trinary"));
   return file.finish();
 }

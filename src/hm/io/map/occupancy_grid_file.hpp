@@ -11,8 +11,18 @@ enum class OccupancyGridMode {
   kRaw,      ///< percent, 255: unknown
 };
 
-/// Writes a grid as map_server's pair of files: `path` (.yaml) and a binary PGM of the same name beside it,
-/// top row first. Error for another extension, an empty grid, or when a file cannot be written.
+/// map_server's pair of files.
+struct OccupancyGridFiles {
+  std::filesystem::path description, image;
+};
+
+/// The pair to which a name belongs, its extension in any letter case: .yaml or .yml (the image beside it is
+/// a .pgm), or .pgm (its description is a .yaml). Error (kUsage) for another extension.
+Result<OccupancyGridFiles> occupancy_grid_files(const std::filesystem::path& path);
+
+/// Writes a grid as map_server's pair of files, of which `path` names one (occupancy_grid_files()): the
+/// description, and a binary PGM, top row first. Error for another extension, an empty grid, or when a file
+/// cannot be written.
 Result<void> write_occupancy_grid(const std::filesystem::path& path, const OccupancyGrid2D& grid,
                                   OccupancyGridMode mode = OccupancyGridMode::kTrinary);
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 
 #include "hm/io/testing/io_test_support.hpp"
 
@@ -40,6 +42,28 @@ TEST(OccupancyGridFile, RawKeepsEveryValue) {
   EXPECT_TRUE(same(read->cells, grid.cells));
   EXPECT_EQ(read->resolution_m, grid.resolution_m);
   EXPECT_EQ(read->origin_m, grid.origin_m);
+}
+
+TEST(OccupancyGridFile, WritesThePairUnderTheNameAsGiven) {
+  const OccupancyGrid2D grid = some_grid();
+  const std::array<std::array<const char*, 3>, 6> cases{{{"a.yaml", "a.yaml", "a.pgm"},
+                                                         {"a.yml", "a.yml", "a.pgm"},
+                                                         {"a.pgm", "a.yaml", "a.pgm"},
+                                                         {"a.PGM", "a.yaml", "a.PGM"},
+                                                         {"a.Yaml", "a.Yaml", "a.pgm"},
+                                                         {"a.b.YML", "a.b.YML", "a.b.pgm"}}};
+  for (const auto& [name, description, image] : cases) {
+    const TemporaryFolder folder;
+    const auto files = occupancy_grid_files(folder / name);
+    ASSERT_TRUE(files.has_value()) << name;
+    EXPECT_EQ(files->description, folder / description) << name;
+    EXPECT_EQ(files->image, folder / image) << name;
+    ASSERT_TRUE(write_occupancy_grid(folder / name, grid, OccupancyGridMode::kRaw).has_value()) << name;
+    EXPECT_TRUE(std::filesystem::exists(files->image)) << name;
+    const auto read = read_occupancy_grid(files->description);
+    ASSERT_TRUE(read.has_value()) << name << ": " << to_string(read.error());
+    EXPECT_TRUE(same(read->cells, grid.cells)) << name;
+  }
 }
 
 TEST(OccupancyGridFile, TrinaryKeepsStatesAndIsWhatMapServerExpects) {
@@ -85,6 +109,7 @@ TEST(OccupancyGridFile, ReadsOtherPeoplesMaps) {
 TEST(OccupancyGridFile, ErrorsNameThePlace) {
   const TemporaryFolder folder;
   EXPECT_EQ(write_occupancy_grid(folder / "map.png", some_grid()).error().code, ErrorCode::kUsage);
+  EXPECT_EQ(occupancy_grid_files("map.png").error().code, ErrorCode::kUsage);
   EXPECT_EQ(write_occupancy_grid(folder / "map.yaml", {}).error().code, ErrorCode::kInvalidValue);
   test::write_bytes(folder / "m.pgm", "P5\n2 2\n255\nabcd");
   const auto error_of = [&](const std::string& text) {

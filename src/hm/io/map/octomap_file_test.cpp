@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
@@ -47,7 +48,7 @@ octomap::point3d point(const OccupancyVoxel& v) {
 
 /// Opens a file as OctoMap's own tools do.
 std::unique_ptr<octomap::OcTree> open_with_octomap(const std::filesystem::path& path) {
-  if (path.extension() == ".bt") {
+  if (lower_extension(path) == ".bt") {
     auto tree = std::make_unique<octomap::OcTree>(1.0);
     return tree->readBinary(path.string()) ? std::move(tree) : nullptr;
   }
@@ -56,7 +57,7 @@ std::unique_ptr<octomap::OcTree> open_with_octomap(const std::filesystem::path& 
 }
 
 class OctomapFile : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, OctomapFile, testing::Values("map.bt", "map.ot"));
+INSTANTIATE_TEST_SUITE_P(Kinds, OctomapFile, testing::Values("map.bt", "map.ot", "map.BT", "map.Ot"));
 
 TEST_P(OctomapFile, OctomapReadsWhatWeWrite) {
   const TemporaryFolder folder;
@@ -125,7 +126,7 @@ TEST_P(OctomapFile, WeReadWhatOctomapWrites) {
                       static_cast<float>(rng.uniform(-1, 1)));
     tree.insertPointCloud(cloud, octomap::point3d(0.01F, 0.02F, 0.03F));
   }
-  ASSERT_TRUE(path.extension() == ".bt" ? tree.writeBinary(path.string()) : tree.write(path.string()));
+  ASSERT_TRUE(lower_extension(path) == ".bt" ? tree.writeBinary(path.string()) : tree.write(path.string()));
   const auto read = read_octomap(path);
   ASSERT_TRUE(read.has_value()) << to_string(read.error());
   EXPECT_DOUBLE_EQ(read->resolution_m, 0.05);
@@ -144,7 +145,7 @@ TEST_P(OctomapFile, WeReadWhatOctomapWrites) {
   ASSERT_TRUE(write_octomap(folder / "again.bt", read->voxels, 0.05).has_value());
   const auto again = open_with_octomap(folder / "again.bt");
   ASSERT_NE(again, nullptr);
-  if (path.extension() == ".bt") {
+  if (lower_extension(path) == ".bt") {
     EXPECT_EQ(again->getNumLeafNodes(), tree.getNumLeafNodes());
   }
 }

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/map/octree_format.hpp"
@@ -14,8 +15,9 @@ using namespace octree;
 namespace octree {
 
 Result<Kind> kind_of(const std::filesystem::path& path) {
-  if (path.extension() == ".bt") return Kind::kBinary;
-  if (path.extension() == ".ot") return Kind::kLogOdds;
+  const std::string extension = lower_extension(path);
+  if (extension == ".bt") return Kind::kBinary;
+  if (extension == ".ot") return Kind::kLogOdds;
   return fail(ErrorCode::kUsage, path.string(), "an OctoMap file ends in .bt or .ot");
 }
 

@@ -49,12 +49,6 @@ TriangleMesh occupied_points(std::span<const OccupancyVoxel> voxels) {
   return points;
 }
 
-/// A slice has two files, whichever of them the user has named.
-bool is_slice_name(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
-  return extension == ".yaml" || extension == ".pgm";
-}
-
 Result<ConversionSummary> write_slice(const ConversionOptions& options, const MultiVolumeGrid& map) {
   const auto slice = plan_of(map, options.slice);
   if (!slice) return forward_error(slice);
@@ -63,16 +57,15 @@ Result<ConversionSummary> write_slice(const ConversionOptions& options, const Mu
         ErrorCode::kInvalidValue, options.from.string(),
         "nothing of this map lies between {:g} m and {:g} m (laser.slice_bottom_m, laser.slice_top_m)",
         options.slice.slice_bottom_m, options.slice.slice_top_m);
-  std::filesystem::path yaml = options.to, picture = options.to;
-  yaml.replace_extension(".yaml");
-  picture.replace_extension(".pgm");
-  if (const auto written = as_run_failure(write_occupancy_grid(yaml, *slice)); !written)
+  const auto files = occupancy_grid_files(options.to);
+  if (!files) return forward_error(files);
+  if (const auto written = as_run_failure(write_occupancy_grid(options.to, *slice)); !written)
     return forward_error(written);
   const auto cells =
       static_cast<std::size_t>(slice->cells.width()) * static_cast<std::size_t>(slice->cells.height());
   ConversionSummary summary{
       fmt::format("slice of {} x {} cells", slice->cells.width(), slice->cells.height()), cells, 0};
-  summary.outputs = {yaml, picture};
+  summary.outputs = {files->description, files->image};
   return summary;
 }
 
@@ -80,7 +73,7 @@ Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
   const auto map = read_mvog(options.from);
   if (!map) return forward_error(map);
   const std::string extension = lower_extension(options.to);
-  if (is_slice_name(options.to)) return write_slice(options, *map);
+  if (occupancy_grid_files(options.to)) return write_slice(options, *map);
   const auto voxels = map->voxels();
   if (extension != ".ply") {
     const auto written = as_run_failure(write_octomap(options.to, voxels, map->params().resolution_m));
@@ -154,9 +147,10 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
       if (!is_written_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
       break;
     case PathKind::kOccupancy:
-      if (extension != ".ot" && extension != ".bt" && extension != ".ply" && !is_slice_name(options.to))
+      if (extension != ".ot" && extension != ".bt" && extension != ".ply" &&
+          !occupancy_grid_files(options.to))
         return refuse("an occupancy grid",
-                      "OctoMap (.ot .bt), points (.ply) or a slice (.yaml or .pgm: both)");
+                      "OctoMap (.ot .bt), points (.ply) or a slice (.yaml, .yml or .pgm: both files)");
       break;
     case PathKind::kMesh:
       if (!is_written_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");

@@ -30,10 +30,10 @@ struct ConversionSummary {
 };
 
 /// mesh -> mesh (written as .ply .obj .glb), map (.hmap) -> mesh, occupancy grid (.mvog) -> OctoMap (.ot
-/// .bt), points of the occupied cells (.ply) or map_server's pair of a slice (.yaml or .pgm: both files),
-/// trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a folder).
-/// Distortion is removed from a recording's images. Errors: input that cannot be read, a name that what was
-/// read cannot become (kUsage), a failure to write (kInternal).
+/// .bt), points of the occupied cells (.ply) or map_server's pair of a slice (.yaml, .yml or .pgm: both
+/// files), trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a
+/// folder). Distortion is removed from a recording's images. Errors: input that cannot be read, a name that
+/// what was read cannot become (kUsage), a failure to write (kInternal).
 Result<ConversionSummary> convert(const ConversionOptions& options);
 
 }  // namespace hm

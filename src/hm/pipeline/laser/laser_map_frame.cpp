@@ -4,6 +4,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
 
 namespace hm {
@@ -137,15 +138,17 @@ Result<OccupancyGrid2D> read_saved_laser_map(const std::filesystem::path& path,
   std::error_code code;
   if (!std::filesystem::exists(file, code))
     return fail(ErrorCode::kNotFound, path.string(), "there is no such map");
-  if (file.extension() != ".yaml" && file.extension() != ".mvog")
+  const std::string extension = lower_extension(file);
+  const bool is_mvog = extension == ".mvog";
+  if (!is_mvog && extension != ".yaml" && extension != ".yml")
     return fail(
         ErrorCode::kUnsupported, path.string(),
         "this is not a map to find a vehicle in: map.yaml, map.mvog, or a folder that `hm laser` wrote");
-  auto grid = file.extension() == ".mvog" ? read_slice(file, params) : read_occupancy_grid(file);
+  auto grid = is_mvog ? read_slice(file, params) : read_occupancy_grid(file);
   if (!grid) return grid;
   if (!has_walls(*grid))
     return fail(ErrorCode::kInvalidValue, file.string(), "nothing in this map is occupied{}",
-                file.extension() == ".mvog" ? " between laser.slice_bottom_m and laser.slice_top_m" : "");
+                is_mvog ? " between laser.slice_bottom_m and laser.slice_top_m" : "");
   return grid;
 }
 
