@@ -2,7 +2,9 @@
 
 #include <embree3/rtcore.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 
 namespace hm {
 namespace {
@@ -12,20 +14,28 @@ bool is_sound(const Eigen::Vector3f& v) {
   return std::abs(v.x()) < kLimit && std::abs(v.y()) < kLimit && std::abs(v.z()) < kLimit;  // false for NaN
 }
 
-/// An error of Embree. A thread that the system refuses is reported as an unknown one.
-Error embree_error(RTCError code, std::size_t triangles) {
-  if (code == RTC_ERROR_OUT_OF_MEMORY || code == RTC_ERROR_UNKNOWN)
+/// What Embree says about its first error. Of fixed size: memory may have run out.
+using EmbreeReason = std::array<char, 256>;
+
+void keep_reason(void* reason, RTCError, const char* text) {
+  auto& kept = *static_cast<EmbreeReason*>(reason);
+  if (kept[0] == '\0') std::snprintf(kept.data(), kept.size(), "%s", text != nullptr ? text : "");
+}
+
+}  // namespace
+
+Error embree_error(int code, const char* reason, std::size_t triangles) {
+  if (code == RTC_ERROR_OUT_OF_MEMORY)
     return {ErrorCode::kOutOfMemory,
             fmt::format("out of memory: no search tree over {} triangles; a simplified mesh (hm convert, "
                         "mesh.simplify_keep_ratio) or fewer threads (--threads) need less",
                         triangles),
             {}};
   return {ErrorCode::kInternal,
-          fmt::format("Embree failed with code {} on {} triangles", static_cast<int>(code), triangles),
+          fmt::format("no search tree over {} triangles: Embree's error {}: {}", triangles, code,
+                      *reason != '\0' ? reason : "no reason given; the system may have refused a thread"),
           {}};
 }
-
-}  // namespace
 
 Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) {
   std::unique_ptr<EmbreeMesh> out(new EmbreeMesh());
@@ -47,7 +57,9 @@ Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) 
                 mesh.vertices.size(), mesh.triangles.size());
   out->device_ = rtcNewDevice(nullptr);  // "threads=n" would cap TBB for the whole process
   if (out->device_ == nullptr)
-    return tl::make_unexpected(embree_error(rtcGetDeviceError(nullptr), out->triangles_.size()));
+    return tl::make_unexpected(embree_error(rtcGetDeviceError(nullptr), "", out->triangles_.size()));
+  EmbreeReason reason{};
+  rtcSetDeviceErrorFunction(out->device_, keep_reason, &reason);
   out->scene_ = rtcNewScene(out->device_);
   rtcSetSceneFlags(out->scene_, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(out->device_, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -59,8 +71,9 @@ Result<std::unique_ptr<EmbreeMesh>> EmbreeMesh::build(const TriangleMesh& mesh) 
   rtcAttachGeometry(out->scene_, geometry);
   rtcReleaseGeometry(geometry);
   rtcCommitScene(out->scene_);
+  rtcSetDeviceErrorFunction(out->device_, nullptr, nullptr);
   if (const RTCError code = rtcGetDeviceError(out->device_); code != RTC_ERROR_NONE)
-    return tl::make_unexpected(embree_error(code, out->triangles_.size()));
+    return tl::make_unexpected(embree_error(code, reason.data(), out->triangles_.size()));
   return out;
 }
 

@@ -12,6 +12,11 @@ struct RTCDeviceTy;
 
 namespace hm {
 
+/// Embree's error of a number (RTCError) as an Error with a remedy. Only RTC_ERROR_OUT_OF_MEMORY is one of
+/// memory (kOutOfMemory); others (kInternal), such as the unknown one of a thread that the system refuses,
+/// say `reason`: Embree's words, "" if it gave none.
+Error embree_error(int code, const char* reason, std::size_t triangles);
+
 /// Mesh with Embree's bounding volume hierarchy over its valid triangles; internal to this room. The order of
 /// triangles in the hierarchy may differ between machines; searches must not depend on it.
 class EmbreeMesh {

@@ -3,9 +3,12 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <new>
+#include <stdexcept>
 
 namespace hm {
 namespace {
@@ -49,12 +52,23 @@ Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
   return inside ? Vec3(p - normal * (normal.dot(p - a) / normal.squaredNorm())) : best;
 }
 
-/// Throws std::bad_alloc when Embree has failed; null: it gave no device. A thread that the system refuses is
-/// reported as an unknown error.
-void check_embree(RTCDevice device) {
+/// What Embree says about its first error. Of fixed size: memory may have run out.
+using EmbreeReason = std::array<char, 256>;
+
+void keep_reason(void* reason, RTCError, const char* text) {
+  auto& kept = *static_cast<EmbreeReason*>(reason);
+  if (kept[0] == '\0') std::snprintf(kept.data(), kept.size(), "%s", text != nullptr ? text : "");
+}
+
+/// Throws when Embree has failed: std::bad_alloc if memory ran out, else std::runtime_error with Embree's own
+/// words. Null: it gave no device.
+void check_embree(RTCDevice device, const EmbreeReason& reason) {
   const RTCError code = rtcGetDeviceError(device);
-  if (code == RTC_ERROR_OUT_OF_MEMORY || code == RTC_ERROR_UNKNOWN) throw std::bad_alloc();
-  HM_CHECK(code == RTC_ERROR_NONE && device != nullptr, "Embree failed with code {}", static_cast<int>(code));
+  if (code == RTC_ERROR_NONE && device != nullptr) return;
+  if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw std::runtime_error(fmt::format(
+      "Embree cannot build the scene (its error {}: {})", static_cast<int>(code),
+      reason[0] != '\0' ? reason.data() : "no reason given; the system may have refused a thread"));
 }
 
 struct ReleaseEmbree {
@@ -96,24 +110,27 @@ struct Renderer::Impl {
   void build_scene() {
     // A number of threads here would be a limit of TBB for the whole process while the device lives.
     device.reset(rtcNewDevice(nullptr));
-    check_embree(device.get());
+    EmbreeReason reason{};
+    check_embree(device.get(), reason);
+    rtcSetDeviceErrorFunction(device.get(), keep_reason, &reason);
     scene.reset(rtcNewScene(device.get()));
-    check_embree(device.get());
+    check_embree(device.get(), reason);
     rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
     const EmbreeOwner<RTCGeometry> geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-    check_embree(device.get());
+    check_embree(device.get(), reason);
     void* vertices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              3 * sizeof(float), mesh.vertices.size());
     void* indices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                             3 * sizeof(std::uint32_t), mesh.triangles.size());
-    check_embree(device.get());
+    check_embree(device.get(), reason);
     std::copy_n(mesh.vertices.data()->data(), 3 * mesh.vertices.size(), static_cast<float*>(vertices));
     std::copy_n(mesh.triangles.data()->data(), 3 * mesh.triangles.size(),
                 static_cast<std::uint32_t*>(indices));
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometry(scene.get(), geometry.get());
     rtcCommitScene(scene.get());
-    check_embree(device.get());
+    rtcSetDeviceErrorFunction(device.get(), nullptr, nullptr);
+    check_embree(device.get(), reason);
   }
 
   [[nodiscard]] Vec3 corner(std::uint32_t triangle, std::size_t k) const {

@@ -42,7 +42,8 @@ struct RayHit {
 /// from Embree, the depth from that triangle's plane in double precision.
 class Renderer {
  public:
-  /// Keeps a reference: the world must outlive the renderer. Throws std::bad_alloc when memory runs out.
+  /// Keeps a reference: the world must outlive the renderer. Throws std::bad_alloc when memory runs out,
+  /// std::runtime_error with Embree's reason when it fails otherwise (a thread that the system refuses).
   explicit Renderer(const World& world);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
