@@ -16,8 +16,8 @@ enum class Refused : std::uint8_t {
   kConnection,  ///< too many: closed without an answer
   kMessage,     ///< against the rules of its WebSocket, or for what is not there
   kTooBig,      ///< a message beyond the limit
-  kTooMany,     ///< messages in a second
-  kSilent,      ///< no hello in time; of pilots, pings unanswered or messages unread
+  kTooMany,     ///< messages or requests in a second
+  kSilent,      ///< no request, handshake, hello or answer to a ping in time, or messages unread
   kCommand,     ///< of a pilot, answered with the reason
   kEnd
 };

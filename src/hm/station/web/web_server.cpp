@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "hm/core/check.hpp"
+#include "hm/station/web/client_rates.hpp"
 #include "hm/station/web/rate_limit.hpp"
 
 namespace hm {
@@ -68,7 +69,8 @@ class SocketConnection;
 
 /// State that the connections share; touched by the server's thread only, but for what is atomic.
 struct Shared {
-  Shared(const WebLimits& the_limits, WebHandler& the_handler) : limits(the_limits), handler(the_handler) {}
+  Shared(const WebLimits& the_limits, WebHandler& the_handler)
+      : limits(the_limits), handler(the_handler), requests(the_limits.requests_per_s) {}
   [[nodiscard]] Duration now() const {
     return {std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start)
                 .count()};
@@ -79,6 +81,7 @@ struct Shared {
 
   WebLimits limits;
   WebHandler& handler;
+  ClientRates requests;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::atomic<std::size_t> connections = 0;
   std::uint64_t next_id = 0;
@@ -128,7 +131,7 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
     stream_.read_message_max(shared_.limits.message_bytes);
     stream_.auto_fragment(false);
     stream_.async_accept(request, [self = shared_from_this()](error_code error) {
-      if (error) return;
+      if (error) return self->count(error);
       self->shared_.sockets.insert(self.get());
       self->read();
       self->pump();
@@ -146,10 +149,7 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
  private:
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) {
-        self->count(error);
-        return self->drop();
-      }
+      if (error) return self->lost(error);
       self->received();
     });
   }
@@ -180,15 +180,18 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
     stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_ = false;
       self->message_ = {};
-      if (error) return self->drop();
+      if (error) return self->lost(error);
       self->pump();
     });
   }
 
-  /// Messages that Beast refused. A connection that is lost is none.
+  /// Counts what Beast refused: messages, and an other end that is silent or does not read. A connection that
+  /// is lost is none.
   void count(error_code error) {
     if (closing_) return;
-    if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
+    if (error == beast::error::timeout)
+      shared_.handler.refused(Refused::kSilent);
+    else if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
       shared_.handler.refused(Refused::kTooBig);
     else if (error == websocket::condition::protocol_violation)
       shared_.handler.refused(Refused::kMessage);
@@ -202,6 +205,8 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
     // Waits for a write that is under way; the time-out ends it where the other end does not read.
     stream_.async_close(reason, [self = shared_from_this()](error_code) { self->drop(); });
   }
+
+  void lost(error_code error) { count(error), drop(); }
 
   /// The connection is lost or over: whatever else is pending on it fails.
   void drop() {
@@ -254,8 +259,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (error.category() == make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
       return refuse(400, "this is no HTTP request");
+    // Who has been answered and begins nothing new is free to go.
+    if (error == beast::error::timeout && (!answered_ || buffer_.size() > 0))
+      shared_.handler.refused(Refused::kSilent);
     if (error) return;  // gone, or silent for too long
     const Request& request = parser_->get();
+    if (asks_too_often())
+      return refuse(429, fmt::format("more than {} requests a second: try again in a second",
+                                     shared_.limits.requests_per_s));
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(405, "only GET and HEAD are served");
     if (request.target().size() > shared_.limits.target_bytes) return refuse(414, "the address is too long");
@@ -301,10 +312,19 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     };
   }
 
+  [[nodiscard]] bool asks_too_often() {
+    error_code error;
+    const std::string address = stream_.socket().remote_endpoint(error).address().to_string();
+    const auto client = shared_.limits.loopback_is_limited ? std::optional(address) : rated_client(address);
+    return !error && client && !shared_.requests.take(*client, shared_.now());
+  }
+
   void refuse(unsigned status, std::string text) {
-    shared_.handler.refused(Refused::kRequest);
+    shared_.handler.refused(status == 429 ? Refused::kTooMany : Refused::kRequest);
     keep_alive_ = false;
-    answer(WebResponse::of_text(status, std::move(text) + "\n"));
+    auto response = WebResponse::of_text(status, std::move(text) + "\n");
+    if (status == 429) response.headers.emplace_back("Retry-After", "1");
+    answer(std::move(response));
   }
 
   void answer(WebResponse response) {
@@ -330,6 +350,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void write_some() {
     stream_.expires_after(shared_.patience());
     http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error == beast::error::timeout) self->shared_.handler.refused(Refused::kSilent);
       if (error) return;
       if (!self->serializer_->is_done()) return self->write_some();
       self->finish();
@@ -340,6 +361,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     serializer_.reset();
     message_.reset();
     owner_.reset();
+    answered_ = true;
     if (keep_alive_) return read();
     error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
@@ -351,7 +373,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t id_;
   beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
-  bool keep_alive_ = false, head_only_ = false;
+  bool keep_alive_ = false, head_only_ = false, answered_ = false;
   std::shared_ptr<const void> owner_;
   std::optional<http::response<http::span_body<std::byte>>> message_;
   std::optional<http::response_serializer<http::span_body<std::byte>>> serializer_;

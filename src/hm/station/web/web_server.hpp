@@ -15,8 +15,13 @@ struct WebLimits {
   std::size_t header_bytes = 8192, target_bytes = 2048;
   std::size_t message_bytes = 65536;  ///< of a WebSocket message that comes in
   double messages_per_s = 100;
-  std::size_t connections = 512;  ///< of any kind; more are closed at once
-  std::size_t waiting = 256;      ///< connections without a request; the oldest one makes room
+  /// HTTP requests of one address, and twice as many at once. A page makes 8 when it loads (files and
+  /// WebSockets) and none while it is open: 16 viewers behind one address (a router) who all reload at once
+  /// stay below 200.
+  double requests_per_s = 100;
+  bool loopback_is_limited = false;  ///< else requests of this machine have no rate
+  std::size_t connections = 512;     ///< of any kind; more are closed at once
+  std::size_t waiting = 256;         ///< connections without a request; the oldest one makes room
   Duration patience{
       10'000'000'000};  ///< for a request, a handshake, a sign of life, and for each piece of an answer
 };

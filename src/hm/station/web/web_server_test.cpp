@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -57,8 +58,11 @@ class EchoHandler : public WebHandler {
     return WebSocketOpening{std::make_unique<Echo>(alive), ""};
   }
   void tick(Duration) override { ++ticks; }
+  void refused(Refused why) override { ++counts[static_cast<std::size_t>(why)]; }
+  [[nodiscard]] int count(Refused why) const { return counts[static_cast<std::size_t>(why)]; }
 
   std::atomic<int> alive = 0, ticks = 0;
+  std::array<std::atomic<int>, static_cast<std::size_t>(Refused::kEnd)> counts{};
   std::vector<Answer> unanswered;
   std::thread later;
 };
@@ -66,8 +70,7 @@ class EchoHandler : public WebHandler {
 class WebServerTest : public testing::Test {
  protected:
   /// Longer than a busy machine stalls a client.
-  explicit WebServerTest(double patience_s = 1) {
-    WebLimits limits;
+  explicit WebServerTest(double patience_s = 1, WebLimits limits = {}) {
     limits.patience = Duration::from_seconds(patience_s);
     limits.messages_per_s = 1e6;
     auto started = WebServer::start({"127.0.0.1", 0, 1}, limits, handler);
@@ -117,10 +120,18 @@ TEST_F(WebServerTest, WhoSaysNothingIsEnded) {
   WebClient half(server->port());
   half.send_raw("GET / HTTP/1.1\r\nHo");
   EXPECT_TRUE(half.wait_for_end());
+  EXPECT_TRUE(wait_until([&] { return server->connections() == 0; }));
+  EXPECT_EQ(handler.count(Refused::kSilent), 2);
   WebClient idle(server->port());
   EXPECT_EQ(idle.get("/a").status, 200);
   EXPECT_TRUE(idle.wait_for_end());
   EXPECT_TRUE(wait_until([&] { return server->connections() == 0; }));
+  EXPECT_EQ(handler.count(Refused::kSilent), 2) << "who was answered may leave";
+  WebClient begun(server->port());
+  EXPECT_EQ(begun.get("/a").status, 200);
+  begun.send_raw("GET / HTTP/1.1\r\nHo");
+  EXPECT_TRUE(begun.wait_for_end());
+  EXPECT_TRUE(wait_until([&] { return handler.count(Refused::kSilent) == 3; }));
 }
 
 TEST_F(WebServerTest, AHeaderThatComesByDropsIsEnded) {
@@ -149,6 +160,7 @@ TEST_F(WebServerTest, AWebSocketThatVanishedIsEndedOneThatIsSilentIsNot) {
   EXPECT_TRUE(wait_until([&] { return handler.alive == 1; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(2000));
   EXPECT_EQ(handler.alive, 1);
+  EXPECT_EQ(handler.count(Refused::kSilent), 1);
   alive.send_text("still here");
   pongs.join();
 }
@@ -159,6 +171,7 @@ TEST_F(WebServerTest, AWebSocketThatReadsNothingIsEnded) {
   client.send_text("flood");
   EXPECT_TRUE(wait_until([&] { return handler.alive == 1; }));
   EXPECT_TRUE(wait_until([&] { return handler.alive == 0; }));
+  EXPECT_EQ(handler.count(Refused::kSilent), 1);
 }
 
 TEST_F(WebServerTest, EndsWithAnswersThatAreOwed) {
@@ -180,6 +193,49 @@ TEST_F(WebServerTest, ALargeFileTakesAsLongAsItTakesUnlessNobodyReads) {
   WebClient stalled(server->port(), 5, 4096);
   stalled.send_raw("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
   EXPECT_TRUE(wait_until([&] { return server->connections() == 0; }));
+  EXPECT_EQ(handler.count(Refused::kSilent), 1);
+}
+
+TEST_F(WebServerTest, ThisMachineMayAskAsOftenAsItLikes) {
+  for (int load = 0; load < 60; ++load) {  // a page that is reloaded without a pause
+    WebClient client(server->port());
+    for (int request = 0; request < 10; ++request) ASSERT_EQ(client.get("/page.js").status, 200);
+    WebClient socket(server->port());
+    ASSERT_EQ(socket.upgrade("/").status, 101);
+  }
+  EXPECT_EQ(handler.count(Refused::kTooMany), 0);
+}
+
+class LimitedServerTest : public WebServerTest {
+ protected:
+  LimitedServerTest() : WebServerTest(5, limits()) {}
+  static WebLimits limits() {
+    WebLimits limits;
+    limits.requests_per_s = 10;
+    limits.loopback_is_limited = true;
+    return limits;
+  }
+};
+
+TEST_F(LimitedServerTest, WhoAsksTooOftenIsToldToWait) {
+  int refused = 0;
+  for (int i = 0; i < 100; ++i) {
+    WebClient client(server->port());
+    const auto answer = i % 10 == 9 ? client.upgrade("/") : client.get("/a");
+    if (answer.status != 429) {
+      EXPECT_EQ(answer.status, i % 10 == 9 ? 101 : 200) << i;
+      EXPECT_TRUE(i >= 20 || refused == 0) << "the burst of a page";
+      continue;
+    }
+    ++refused;
+    EXPECT_THAT(answer.header, HasSubstr("Retry-After: 1\r\n"));
+    EXPECT_EQ(answer.body, "more than 10 requests a second: try again in a second\n");
+    EXPECT_TRUE(client.wait_for_end());
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(handler.count(Refused::kTooMany), refused);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(WebClient(server->port()).get("/a").status, 200);
 }
 
 class PatientServerTest : public WebServerTest {
