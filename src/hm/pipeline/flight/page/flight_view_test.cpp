@@ -74,6 +74,9 @@ TEST_F(ShownFlight, ObstaclesAreShownWhileTheyBrakeIt) {
     EXPECT_LT(way.norm(), 3) << "near it";
     EXPECT_NEAR(way.z(), 0, 0.2) << "at its height";
   }
+  flight_.run_s(3);
+  EXPECT_LT(flight_.now().estimate.velocity_m_s.norm(), 0.1F) << "it has stopped";
+  EXPECT_EQ(obstacles(), points) << "what stopped it stays, whatever direction a standing vehicle drifts in";
   steer.mode = FlightPhase::kPosition;
   flight_.step(steer);
   flight_.go_to(0, 0, 1.3);
