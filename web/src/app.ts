@@ -1,5 +1,5 @@
 import { LiveClient, type LiveListener, type LinkState } from "./live/live_client.ts";
-import type { LinkCounts, OpenEdges, ShownFrame } from "./live/worker_messages.ts";
+import type { LinkCounts, OpenEdges, ShownFrame, TileFrontiers } from "./live/worker_messages.ts";
 import { ModelStage } from "./model_stage.ts";
 import { EventPanel } from "./panels/event_panel.ts";
 import { byId, element } from "./panels/dom.ts";
@@ -93,6 +93,7 @@ export class App implements LiveListener {
   }
 
   onOpenEdges(pages: readonly OpenEdges[]): void { this.stage?.view.showOpenEdges(pages); }
+  onFrontiers(tiles: readonly TileFrontiers[]): void { (this.stage?.view ?? this.plan)!.showFrontiers(tiles); }
   onCleared(): void {
     this.stage?.clear();
     this.plan?.clear();
@@ -131,7 +132,10 @@ export class App implements LiveListener {
 
   private updateSlowly(): void {
     this.stage?.updateSlowly();
-    this.status.size((this.stage?.view.mesh ?? this.plan)!.triangleCount, this.stage?.view.openEdges.lengthM() ?? 0, this.stage?.view.mesh.voxelM ?? 0);
+    const view = this.stage?.view;
+    this.status.size({
+      triangles: (view?.mesh ?? this.plan)!.triangleCount, openM: view?.openEdges.lengthM() ?? 0, frontierM: (view?.frontiers ?? this.plan)!.lengthM(), voxelM: view?.mesh.voxelM ?? 0,
+    });
     this.plots.draw();
   }
 }

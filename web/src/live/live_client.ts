@@ -1,4 +1,4 @@
-import type { FromWorker, LinkCounts, OpenEdges, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
+import type { FromWorker, LinkCounts, OpenEdges, Receipt, ShownFrame, TileFrontiers, ToWorker } from "./worker_messages.ts";
 
 export interface LinkState { state: "connecting" | "open" | "lost"; reason: string; retryS: number }
 
@@ -6,6 +6,7 @@ export interface LiveListener {
   /** A frame, and when it was received (sharedClockMs). */
   onFrame(frame: ShownFrame, receivedMs: number): void;
   onOpenEdges(pages: readonly OpenEdges[]): void;
+  onFrontiers(tiles: readonly TileFrontiers[]): void;
   /** What is shown belongs to a session that has ended: all of it goes. */
   onCleared(): void;
   onState(state: LinkState): void;
@@ -33,6 +34,7 @@ export class LiveClient {
         this.shown(message.receipt);
         break;
       case "openEdges": this.listener.onOpenEdges(message.pages); break;
+      case "frontiers": this.listener.onFrontiers(message.tiles); break;
       case "cleared": this.listener.onCleared(); break;
       case "state": this.listener.onState(message); break;
       case "counts": this.listener.onCounts(message.counts); break;

@@ -1,18 +1,21 @@
-/** The Worker of `/live`: socket, decoding, open borders. Frames go to the page in the order in which they came. */
+/** The Worker of `/live`: socket, decoding, open borders, frontiers. Frames go to the page in the order in which they came. */
 import { MeshoptDecoder } from "meshoptimizer/decoder";
-import type { Frame, PageKey } from "../protocol/frames.ts";
+import type { Frame, GridTile, PageKey } from "../protocol/frames.ts";
 import { FrameError } from "../protocol/reader.ts";
 import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
+import { Frontiers } from "../protocol/frontiers.ts";
 import { Outbox } from "./outbox.ts";
 import { LiveSession } from "./session.ts";
-import { sharedClockMs, type FromWorker, type OpenEdges, type Receipt, type ToWorker } from "./worker_messages.ts";
+import { sharedClockMs, type FromWorker, type OpenEdges, type Receipt, type TileFrontiers, type ToWorker } from "./worker_messages.ts";
 
 const COUNTS_EVERY_MS = 1000, BORDERS_EVERY_MS = 100, BORDERS_TAKE_MS = 20, ACKNOWLEDGE_AFTER_MS = 20;
 /** A page's open border is found so long after it changed: most of the neighbours that change it too have come by then. */
 const BORDERS_AFTER_MS = 1000;
 /** Of all borders together one picture is made, from all of them: not more often than this. */
 const BORDERS_POSTED_MS = 500;
+/** Tiles of the occupancy change with every scan; their frontiers are found so long after the first change. */
+const FRONTIERS_AFTER_MS = 300;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;
@@ -26,6 +29,8 @@ class LiveLink {
   private readonly staleBorders = new Map<string, { key: PageKey; sinceMs: number }>();
   private foundBorders: OpenEdges[] = [];
   private bordersPostedMs = 0;
+  private frontiers = new Frontiers();
+  private readonly staleFrontiers = new Map<string, { key: GridTile["key"]; sinceMs: number }>();
   private socket: WebSocket | null = null;
   private retryTimer: ReturnType<typeof setTimeout> | null = null;
   private connection = 0;
@@ -37,6 +42,7 @@ class LiveLink {
   constructor(private readonly url: string) {
     setInterval(() => this.postCounts(), COUNTS_EVERY_MS);
     setInterval(() => this.findBorders(), BORDERS_EVERY_MS);
+    setInterval(() => this.findFrontiers(), BORDERS_EVERY_MS);
   }
 
   connect(): void {
@@ -102,6 +108,7 @@ class LiveLink {
     if (frame.kind === "unknown") return;
     const receivedMs = sharedClockMs();
     if (frame.kind !== "meshPage") {
+      if (frame.kind === "gridTile") this.setTile(frame.tile);
       if (frame.kind === "pageGone") this.setBorder(frame.gone.key, frame.gone.version, null);
       this.outbox.add({ frame, receivedMs }, receipt);
       return;
@@ -149,6 +156,24 @@ class LiveLink {
     this.bordersPostedMs = nowMs;
   }
 
+  private setTile(tile: GridTile): void {
+    const sinceMs = performance.now();
+    for (const key of this.frontiers.set(tile)) {
+      const name = key.join();
+      if (!this.staleFrontiers.has(name)) this.staleFrontiers.set(name, { key, sinceMs });
+    }
+  }
+
+  private findFrontiers(): void {
+    const begin = performance.now(), tiles: TileFrontiers[] = [];
+    for (const [name, { key, sinceMs }] of this.staleFrontiers) {
+      if (begin - sinceMs < FRONTIERS_AFTER_MS || performance.now() - begin > BORDERS_TAKE_MS) break;
+      this.staleFrontiers.delete(name);
+      tiles.push({ key, ends: this.frontiers.of(key) });
+    }
+    if (tiles.length > 0) post({ type: "frontiers", tiles }, tiles.map(({ ends }) => ends.buffer));
+  }
+
   private postCounts(): void {
     const { skipped, refused, outdated } = this.session;
     post({ type: "counts", counts: { bytes: this.bytes, frames: this.frames, skipped, refused, outdated } });
@@ -159,6 +184,8 @@ class LiveLink {
     this.edgesOf.clear();
     this.staleBorders.clear();
     this.foundBorders = [];
+    this.frontiers = new Frontiers();
+    this.staleFrontiers.clear();
     this.outbox.flush();
     post({ type: "cleared" });
   }

@@ -1,4 +1,4 @@
-import type { Frame, PageKey } from "../protocol/frames.ts";
+import type { Frame, GridTile, PageKey } from "../protocol/frames.ts";
 import type { MeshPage } from "../protocol/mesh_page.ts";
 
 /** Frames as the page shows them: mesh pages are decoded. */
@@ -18,10 +18,14 @@ export interface TimedFrame { frame: ShownFrame; receivedMs: number }
 /** Edges of a page that are open in the model, six numbers each; none: nothing is drawn there any more. */
 export interface OpenEdges { key: PageKey; ends: Float32Array }
 
+/** Frontiers of a tile of the occupancy slice, as those. */
+export interface TileFrontiers { key: GridTile["key"]; ends: Float32Array }
+
 export type FromWorker =
   /** In the order in which they came; the receipt is that of the last one. */
   | { type: "frames"; receipt: Receipt; frames: TimedFrame[] }
   | { type: "openEdges"; pages: OpenEdges[] }
+  | { type: "frontiers"; tiles: TileFrontiers[] }
   | { type: "cleared" }
   | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }
   | { type: "counts"; counts: LinkCounts };

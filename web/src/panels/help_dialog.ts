@@ -13,7 +13,7 @@ export function startHelp(): () => void {
   dialog.append(element("h1", {}, "Keys and gestures"), element("table", {}, element("tbody", {}, ...rows)),
     element("p", {}, "Mouse: drag turns, right button or Shift moves, wheel zooms to what is under the pointer, double click turns about it. " +
                      "Touch: one finger turns, two fingers move and zoom. In walk a double click on a floor goes there."),
-    element("p", {}, "Pink lines are open borders: holes of the model, and where nobody has looked yet."),
+    element("p", {}, "Pink lines are where nobody has looked yet: open borders (holes of the model) and, thicker, frontiers (free cells of the occupancy beside unknown ones)."),
     element("button", { type: "button", class: "main", autofocus: true, onclick: () => dialog.close() }, "Close"));
   const open = (): void => { if (!dialog.open) dialog.showModal(); };
   byId("help").addEventListener("click", open);

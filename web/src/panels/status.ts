@@ -38,11 +38,12 @@ export class Status {
   }
 
   /** Size of the model and of what is still open. */
-  size(triangles: number, openM: number, voxelM: number): void {
+  size({ triangles, openM, frontierM, voxelM }: { triangles: number; openM: number; frontierM: number; voxelM: number }): void {
     const { coverage } = this.telemetry, parts: [string, string][] = [];
     if (coverage?.area_m2 != null) parts.push([figure(coverage.area_m2), "m² seen"]);
     if (coverage?.share != null) parts.push([figure(100 * coverage.share), "% covered"]);
     if (openM > 0) parts.push([figure(openM), "m of open borders"]);
+    if (frontierM > 0) parts.push([figure(frontierM), "m of frontiers"]);
     if (triangles > 0) parts.push([count(triangles), "triangles"]);
     if (voxelM > 0) parts.push([figure(100 * voxelM), "cm voxels"]);
     byId("coverage").replaceChildren(...parts.map(([value, unit]) => element("div", {}, element("b", {}, value), ` ${unit}`)));

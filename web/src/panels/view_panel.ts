@@ -1,8 +1,21 @@
 import { COLOR_MAP, COLOR_MODES, OLDEST_S, type ColorMode } from "../mesh/mesh_shader.ts";
 import { LAYERS, type SceneView } from "../scene/scene_view.ts";
 import type { RayLimits } from "../measure/raycast.ts";
+import { UNSEEN_COLOR } from "../scene/open_edge_layer.ts";
 import { choice, element, titled, toggle } from "./dom.ts";
 import { length } from "./numbers.ts";
+
+/** What is drawn over the model, by colour and by form: a line where nobody has looked yet, areas of what is known. */
+function legendOfMarks(): HTMLElement {
+  const marks: [string, string, string][] = [
+    ["line", UNSEEN_COLOR, "not seen beyond: open borders, frontiers"], ["area", "#8fcaf2", "free"], ["area", "#d95414", "occupied"],
+  ];
+  return element("div", { class: "legend marks" }, ...marks.map(([form, color, words]) => {
+    const mark = element("i", { class: form, "aria-hidden": "true" });
+    mark.style.background = color;
+    return element("span", {}, mark, words);
+  }));
+}
 
 /** Colours, clipping height, what is shown. */
 export class ViewPanel {
@@ -24,7 +37,8 @@ export class ViewPanel {
       titled("Colours", this.modes.row, this.legend),
       titled("Roof off", element("div", { class: "slider" }, this.clip, this.clipText),
              toggle("back sides too", false, both => this.setBackSides(both))),
-      titled("Shown", element("div", { class: "toggles" }, ...LAYERS.map(layer => toggle(layer, !hidden.has(layer), on => view.setVisible(layer, on))))));
+      titled("Shown", element("div", { class: "toggles" }, ...LAYERS.map(layer => toggle(layer, !hidden.has(layer), on => view.setVisible(layer, on)))),
+             legendOfMarks()));
     this.showLegend();
   }
 
@@ -61,7 +75,7 @@ export class ViewPanel {
     this.clipHeightM = share >= 1 ? Infinity : low + share * (high - low);
     this.clipText.textContent = share >= 1 ? "whole model" : `up to ${length(this.clipHeightM)}`;
     this.view.mesh.clipHeightM = this.clipHeightM;
-    this.view.openEdges.lines.setClipHeight(this.clipHeightM);
+    for (const { lines } of [this.view.openEdges, this.view.frontiers]) lines.setClipHeight(this.clipHeightM);
     this.view.requestDraw();
   }
 

@@ -1,13 +1,17 @@
-import type { PageKey } from "../protocol/frames.ts";
 import { Lines } from "./lines.ts";
 
-/** Open borders of the model: where it has holes, and where nobody has looked yet. */
+/** What ends where nobody has looked yet, wherever it is drawn. */
+export const UNSEEN_COLOR = "#ff4fd8";
+
+/** Where the model has holes, and where nobody has looked yet: open borders of the mesh, by its pages, or frontiers of the occupancy, by its tiles. */
 export class OpenEdgeLayer {
-  readonly lines = new Lines({ color: "#ff4fd8", widthPx: 2 });
+  readonly lines: Lines;
   private readonly byPage = new Map<string, { ends: Float32Array; lengthM: number }>();
   private stale = false;
 
-  set(key: PageKey, ends: Float32Array): void {
+  constructor(widthPx = 2) { this.lines = new Lines({ color: UNSEEN_COLOR, widthPx }); }
+
+  set(key: readonly number[], ends: Float32Array): void {
     if (ends.length) this.byPage.set(key.join(), { ends, lengthM: lengthOf(ends) });
     else this.byPage.delete(key.join());
     this.stale = true;
@@ -18,7 +22,7 @@ export class OpenEdgeLayer {
     this.stale = true;
   }
 
-  /** Metres of open borders. */
+  /** Metres of all of them. */
   lengthM(): number {
     let sum = 0;
     for (const { lengthM } of this.byPage.values()) sum += lengthM;
@@ -39,7 +43,8 @@ export class OpenEdgeLayer {
   }
 }
 
-function lengthOf(ends: Float32Array): number {
+/** Of segments of six numbers each, m. */
+export function lengthOf(ends: Float32Array): number {
   let sum = 0;
   for (let i = 0; i < ends.length; i += 6) sum += Math.sqrt((ends[i + 3] - ends[i]) ** 2 + (ends[i + 4] - ends[i + 1]) ** 2 + (ends[i + 5] - ends[i + 2]) ** 2);
   return sum;

@@ -1,7 +1,8 @@
-import type { ShownFrame } from "../live/worker_messages.ts";
+import type { ShownFrame, TileFrontiers } from "../live/worker_messages.ts";
 import { cssColor } from "../panels/theme.ts";
 import { PATH_NAMES, type GridTile, type Pose } from "../protocol/frames.ts";
 import type { MeshPage } from "../protocol/mesh_page.ts";
+import { lengthOf, UNSEEN_COLOR } from "./open_edge_layer.ts";
 import { PathStore } from "./path_store.ts";
 
 const MOST_POINTS_A_PAGE = 300, MARGIN_PX = 30;
@@ -16,6 +17,7 @@ export class PlanView {
   readonly paths = new PathStore();
   private readonly pages = new Map<string, PlanPage>();
   private readonly tiles = new Map<string, { tile: GridTile; image: HTMLCanvasElement }>();
+  private readonly frontiers = new Map<string, Float32Array>();  // of each tile
   private readonly poses = new Map<string, Pose>();
   private plan: Float32Array = new Float32Array(0);
   private lowest = Infinity;
@@ -56,8 +58,16 @@ export class PlanView {
     this.requestDraw();
   }
 
+  showFrontiers(tiles: readonly TileFrontiers[]): void {
+    for (const { key, ends } of tiles) this.frontiers.set(key.join(), ends);
+    this.requestDraw();
+  }
+
+  /** Metres of frontiers. */
+  lengthM(): number { return [...this.frontiers.values()].reduce((sum, ends) => sum + lengthOf(ends), 0); }
+
   clear(): void {
-    [this.pages, this.tiles, this.poses].forEach(all => all.clear());
+    [this.pages, this.tiles, this.frontiers, this.poses].forEach(all => all.clear());
     this.paths.clear();
     this.plan = new Float32Array(0);
     this.lowest = Infinity;
@@ -85,6 +95,7 @@ export class PlanView {
       context.imageSmoothingEnabled = false;
       context.drawImage(image, left, top, right - left, bottom - top);
     }
+    this.drawFrontiers(context, toCanvas);
     context.fillStyle = cssColor("--ink");
     for (const { points } of this.pages.values())
       for (let i = 0; i < points.length; i += 3) {
@@ -118,6 +129,18 @@ export class PlanView {
     context.lineWidth = 2 * devicePixelRatio;
     context.beginPath();
     for (let i = 0; i < points.length; i += 3) context.lineTo(...toCanvas(points[i], points[i + 1]));
+    context.stroke();
+  }
+
+  private drawFrontiers(context: CanvasRenderingContext2D, toCanvas: (x: number, y: number) => [number, number]): void {
+    context.strokeStyle = UNSEEN_COLOR;
+    context.lineWidth = 3 * devicePixelRatio;
+    context.beginPath();
+    for (const ends of this.frontiers.values())
+      for (let i = 0; i < ends.length; i += 6) {
+        context.moveTo(...toCanvas(ends[i], ends[i + 1]));
+        context.lineTo(...toCanvas(ends[i + 3], ends[i + 4]));
+      }
     context.stroke();
   }
 

@@ -1,6 +1,6 @@
 import { Color, Matrix4, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { PATH_NAMES, type Box, type Pose, type Vec3 } from "../protocol/frames.ts";
-import type { OpenEdges, ShownFrame } from "../live/worker_messages.ts";
+import type { OpenEdges, ShownFrame, TileFrontiers } from "../live/worker_messages.ts";
 import { CameraRig, VIEW_SLOPE } from "./camera_rig.ts";
 import { DetailPace, type Change } from "./detail_pace.ts";
 import { Dots } from "./dots.ts";
@@ -12,7 +12,7 @@ import { OpenEdgeLayer } from "./open_edge_layer.ts";
 import { PathStore } from "./path_store.ts";
 import { PoseMarks } from "./pose_marks.ts";
 
-export const LAYERS = ["mesh", "trajectory", "keyframes", "truth", "way points", "open borders", "scan", "obstacles", "plan", "occupancy", "pose"] as const;
+export const LAYERS = ["mesh", "trajectory", "keyframes", "truth", "way points", "open borders", "scan", "obstacles", "plan", "occupancy", "frontiers", "pose"] as const;
 export type Layer = (typeof LAYERS)[number];
 
 function join(a: Box | null, b: Box | null): Box | null {
@@ -32,6 +32,7 @@ export class SceneView {
   readonly grid = new GridLayer();
   readonly paths = new PathStore();
   readonly openEdges = new OpenEdgeLayer();
+  readonly frontiers = new OpenEdgeLayer(3);
   readonly overlay = new Scene();  // measurements, previews: what others add
   /** Called before each picture; what is moving returns true to be drawn again. */
   onFrame: (dtS: number) => boolean = () => false;
@@ -66,7 +67,7 @@ export class SceneView {
     this.mesh = new MeshLayer(this.gl());
     this.renderer.resetState();
     canvas.addEventListener("webglcontextrestored", () => this.requestDraw());
-    this.scene.add(this.grid.group, this.marks.group, this.openEdges.lines, ...Object.values(this.lines), ...Object.values(this.dots), this.overlay);
+    this.scene.add(this.grid.group, this.marks.group, this.openEdges.lines, this.frontiers.lines, ...Object.values(this.lines), ...Object.values(this.dots), this.overlay);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     requestAnimationFrame(time => this.step(time));
@@ -81,7 +82,7 @@ export class SceneView {
 
   setVisible(layer: Layer, visible: boolean): void {
     const named: Record<string, { visible: boolean }> = {
-      mesh: this.mesh, occupancy: this.grid.group, pose: this.marks.group, "open borders": this.openEdges.lines,
+      mesh: this.mesh, occupancy: this.grid.group, pose: this.marks.group, "open borders": this.openEdges.lines, frontiers: this.frontiers.lines,
     };
     const target = named[layer] ?? this.lines[layer];
     if (target) target.visible = visible;
@@ -114,11 +115,17 @@ export class SceneView {
     this.requestGrown();
   }
 
+  showFrontiers(tiles: readonly TileFrontiers[]): void {
+    for (const { key, ends } of tiles) this.frontiers.set(key, ends);
+    this.requestDraw();
+  }
+
   clear(): void {
     this.mesh.clear();
     this.grid.clear();
     this.paths.clear();
     this.openEdges.clear();
+    this.frontiers.clear();
     PATH_NAMES.forEach((_, which) => this.stalePaths.add(which));
     Object.values(this.dots).forEach(dots => dots.setPoints(new Float32Array(0)));
     this.lines.plan.setLine([]);
@@ -222,6 +229,7 @@ export class SceneView {
     for (const which of this.stalePaths) this.drawPath(which);
     this.stalePaths.clear();
     this.openEdges.update();
+    this.frontiers.update();
     this.placeCamera();
     this.renderer.clear();
     const camera = this.camera(), eye = this.rig.eye();
