@@ -172,6 +172,35 @@ int Program::run(int argc, char** argv) {
   }
 }
 
+namespace {
+
+bool is_number(std::string_view word) {
+  return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// PORT, ADDRESS:PORT, or an IPv4 address, as --serve takes them.
+bool is_like_address(std::string_view word) {
+  if (is_number(word) || word == "localhost") return true;
+  const std::size_t colon = word.rfind(':');
+  if (colon != std::string_view::npos && is_number(word.substr(colon + 1))) return true;
+  return std::count(word.begin(), word.end(), '.') == 3 &&
+         word.find_first_not_of("0123456789.") == std::string_view::npos;
+}
+
+/// The error of an address that a blank parts from --serve: it would be taken for the next argument. Empty:
+/// there is none.
+std::string address_apart(std::span<char* const> words) {
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::string_view word = words[i], next = words[i + 1];
+    std::error_code ignored;
+    if (word == "--serve" && is_like_address(next) && !std::filesystem::exists(next, ignored))
+      return fmt::format("the address of --serve follows a '=', as it may be left out: --serve={}", next);
+  }
+  return {};
+}
+
+}  // namespace
+
 int Program::parse_and_run(int argc, char** argv) {
   if (argc < 2) return write_output(app_.help()) ? 0 : 1;
   const std::span<char* const> words(argv + 1, static_cast<std::size_t>(argc - 1));
@@ -179,6 +208,9 @@ int Program::parse_and_run(int argc, char** argv) {
       std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
   if (const std::string absent = absent_verb(words); !absent.empty())
     return print_result({absent, 0, json}, tl::make_unexpected(not_built(absent)));
+  if (const std::string apart = address_apart(words); !apart.empty())
+    return print_result({words[0], 0, json},
+                        tl::make_unexpected(hm::Error{hm::ErrorCode::kUsage, apart, {}}));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -30,6 +30,18 @@ class Usage(support.ProgramTest):
             self.assertIn("hm: ", result.stderr)
             self.assertIn("--help", result.stderr)
 
+    def test_an_address_apart_from_serve(self):
+        for words in (["demo", "--serve", "127.0.0.1:8080"], ["reconstruct", "x", "--serve", "8080", "-o", "y"],
+                      ["laser", "--serve", "0.0.0.0", "x"], ["slam", "x", "--serve", "[::1]:80"], ["demo", "--serve", "localhost"]):
+            address = words[words.index("--serve") + 1]
+            self.assertIn(f"--serve={address}", self.run_hm(*words, expect=2).stderr)
+        document = self.run_json("demo", "--serve", "127.0.0.1:8080", expect=2)
+        self.assertIn("--serve=127.0.0.1:8080", document["error"]["message"])
+        # What is no address stays the next argument, and so does a recording that has the name of one.
+        self.assertNotIn("'='", self.run_hm("reconstruct", "--serve", "nowhere", expect=3).stderr)
+        (self.folder / "8080").mkdir()
+        self.assertNotIn("'='", self.run_hm("reconstruct", "--serve", "8080", expect=3).stderr)
+
     def test_wrong_words_with_json(self):
         document = self.run_json("info", "a", "--frobnicate", expect=2)
         self.assertIn("frobnicate", document["error"]["message"])
