@@ -50,6 +50,10 @@ void AppendFile::append(std::span<const std::uint8_t> bytes) {
 Result<void> AppendFile::flush() {
   errno = 0;
   if (failure_ == 0 && std::fflush(file_.get()) != 0) failure_ = errno != 0 ? errno : EIO;
+  return written();
+}
+
+Result<void> AppendFile::written() const {
   if (failure_ != 0) return cannot_be(name_, "written", failure_);
   return {};
 }

@@ -24,6 +24,9 @@ class AppendFile {
   void append(std::span<const std::uint8_t> bytes);
   /// Bytes so far.
   [[nodiscard]] std::uint64_t size() const { return size_; }
+  /// The error of the first write that failed, as far as bytes have been handed over by now: of a full disk
+  /// at most a few kB late.
+  [[nodiscard]] Result<void> written() const;
   /// Hands everything to the operating system: a kill of the process then loses none of it.
   Result<void> flush();
   /// Syncs what flush() has handed over to disk. May run on another thread while this one appends.

@@ -1,7 +1,11 @@
 #include "hm/io/bytes/append_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <future>
 
 #include "hm/io/bytes/file_bytes.hpp"
@@ -52,6 +56,22 @@ TEST(AppendFile, IsSyncedByAnotherThreadWhileItGrows) {
   }
   EXPECT_TRUE(file.flush());
   EXPECT_EQ(content_of(folder / "a").size(), file.size());
+}
+
+TEST(AppendFile, AFullDiskIsKnownWithoutAFlush) {
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20'000, 20'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    auto file = AppendFile::create(folder / "a").value();
+    while (file.written() && file.size() < 1'000'000) file.append(bytes_of("a frame of it "));
+    ::_exit(file.size() > 20'000 && file.size() < 40'000 && !file.flush() ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 TEST(AppendFile, RefusesLinksAndWhatIsTooShort) {

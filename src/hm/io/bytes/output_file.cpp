@@ -116,9 +116,17 @@ Result<void> OutputFile::finish() {
   std::error_code code(failure_, std::generic_category());
   if (!code) std::filesystem::rename(partial_path_, path_, code);
   if (!code && durable) code.assign(sync_to_disk(path_.parent_path()), std::generic_category());
-  if (!code) return {};
   std::error_code ignored;
-  if (is_ours) std::filesystem::remove(partial_path_, ignored);
+  if (code && is_ours) std::filesystem::remove(partial_path_, ignored);
+  return result_of(code);
+}
+
+Result<void> OutputFile::written() const {
+  return result_of(std::error_code(failure_, std::generic_category()));
+}
+
+Result<void> OutputFile::result_of(const std::error_code& code) const {
+  if (!code) return {};
   if (code == std::errc::file_exists)
     return fail(ErrorCode::kUnreadable, partial_path_.string(),
                 "is in the way and no file of ours (links are not followed): remove it");

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -55,6 +56,9 @@ class OutputFile {
   void rewrite(std::uint64_t offset, std::string_view bytes);
   /// Hands everything so far to the operating system: a kill of the process then leaves it in `PATH.partial`.
   void hand_over();
+  /// The error of the first write that failed, as far as bytes have been handed over by now: of a full disk
+  /// at most 1 MB late.
+  [[nodiscard]] Result<void> written() const;
   /// Flushes, syncs (kBeforeRename) and renames the file; returns the first error.
   Result<void> finish();
 
@@ -64,6 +68,7 @@ class OutputFile {
   };
   void flush();
   void note_failure();
+  [[nodiscard]] Result<void> result_of(const std::error_code& code) const;
 
   std::filesystem::path path_, partial_path_;
   Durability durability_;

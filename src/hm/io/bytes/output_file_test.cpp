@@ -1,6 +1,11 @@
 #include "hm/io/bytes/output_file.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/map/map_file.hpp"
@@ -48,6 +53,24 @@ TEST_F(OutputLinks, AFolderOfResultsIsNoLink) {
   ASSERT_FALSE(made);
   EXPECT_THAT(to_string(made.error()), HasSubstr("is a link"));
   EXPECT_TRUE(make_folder_in(folder_.path(), "others"));
+}
+
+TEST_F(OutputLinks, AFullDiskIsKnownBeforeTheEnd) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20'000, 20'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    OutputFile file(folder_ / "table.csv");
+    std::size_t lines = 0;
+    while (file.written() && lines < 1'000'000) file.write("a line of it\n"), ++lines;
+    const bool told = file.written().error().message.find("cannot be written") != std::string::npos;
+    ::_exit(told && lines < 200'000 && !file.finish() ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_FALSE(fs::exists(folder_ / "table.csv"));
 }
 
 TEST_F(OutputLinks, AStalePartialFileIsReplacedAndNothingIsLeft) {

@@ -104,10 +104,8 @@ Result<void> run_in_map(SlamPipeline& pipeline, const EarlierMap& earlier, const
     return fail(ErrorCode::kUsage, "--continue", "needs odometry.method=tracker and slam.align off");
   auto state = JoinedState::begin(earlier, run.staging);
   if (!state) return as_run_failure(Result<void>(forward_error(state)));
-  const auto tracked = pipeline.track_and_map([&](std::size_t) {
-    state->add(pipeline.last_frame());
-    return Result<void>();
-  });
+  const auto tracked =
+      pipeline.track_and_map([&](std::size_t) { return as_run_failure(state->add(pipeline.last_frame())); });
   if (!tracked) return tracked;
   SlamCheckpoint checkpoint = pipeline.checkpoint(pipeline.state().frames_done);
   initial_save_state(run.recording.info(), options.run.program_version, options.recording_options)

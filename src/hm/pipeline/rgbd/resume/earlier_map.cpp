@@ -194,10 +194,11 @@ Result<JoinedState> JoinedState::begin(const EarlierMap& earlier, const std::fil
   return JoinedState(earlier, folder, std::move(*journal));
 }
 
-void JoinedState::add(const TrackedRecord& record) {
+Result<void> JoinedState::add(const TrackedRecord& record) {
   RecordShift behind = earlier_->of_new;
   behind.frames = static_cast<std::int64_t>(earlier_->frame_count());
   journal_.add(shifted(record, behind));
+  return journal_.written();
 }
 
 Result<std::vector<std::filesystem::path>> JoinedState::finish(SlamCheckpoint checkpoint) {

@@ -90,8 +90,9 @@ class JoinedState {
  public:
   /// Begins the journal with the records of the earlier recordings. `earlier` must outlive it.
   static Result<JoinedState> begin(const EarlierMap& earlier, const std::filesystem::path& folder);
-  /// Appends a frame of the new recording, as its tracking gave it.
-  void add(const TrackedRecord& record);
+  /// Appends a frame of the new recording, as its tracking gave it. Error: this or an earlier one could not
+  /// be written, as far as it is known by now (AppendFile::written()).
+  [[nodiscard]] Result<void> add(const TrackedRecord& record);
   /// Writes the state. The checkpoint is that of the new run; its index of frames, its places and its
   /// sessions become those of all. Returns both files, or the first error of writing one.
   Result<std::vector<std::filesystem::path>> finish(SlamCheckpoint checkpoint);

@@ -1,6 +1,11 @@
 #include "hm/pipeline/rgbd/resume/earlier_map.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
@@ -102,9 +107,9 @@ TEST_F(EarlierMapOfARoom, ANewRecordingGoesOnInItsFrame) {
   auto joined_state = JoinedState::begin(*earlier, joined.path()).value();
   std::vector<std::uintmax_t> journal_bytes;
   EXPECT_TRUE(slam.track_and_map([&](std::size_t) {
-    joined_state.add(slam.last_frame());
+    const auto added = joined_state.add(slam.last_frame());
     journal_bytes.push_back(std::filesystem::file_size(joined / kSlamJournalName));
-    return Result<void>();
+    return added;
   }));
   EXPECT_LT(journal_bytes.front() + 100'000, journal_bytes.back()) << "frames go to disk as they come";
   SlamCheckpoint checkpoint = slam.checkpoint(kFrames);
@@ -134,6 +139,27 @@ TEST_F(EarlierMapOfARoom, ANewRecordingGoesOnInItsFrame) {
   EXPECT_EQ(again->keyframes().size(), state.graph.T_map_node.size());
   EXPECT_EQ(again->sessions[1].recording, MapSession::of("back", {}, kFrames).recording);
   for (std::size_t i = 0; i < 2 * kFrames; ++i) EXPECT_EQ(again->records[i].index, kFrames + i);
+}
+
+TEST_F(EarlierMapOfARoom, AFullDiskIsKnownBeforeTheEnd) {
+  const SimulatedWalk back(WorldKind::kRoom, SimulatedWalk::Way::kBack);
+  const auto earlier = read_earlier_map(folder_->path(), back, 0);
+  ASSERT_TRUE(earlier) << to_string(earlier.error());
+  const TemporaryFolder joined;
+  const auto before = std::filesystem::file_size(folder_->path() / kSlamJournalName);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto state = JoinedState::begin(*earlier, joined.path()).value();
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{before + 20'000, before + 20'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::size_t added = 0;
+    while (added < records_.size() && state.add(records_[added])) ++added;
+    ::_exit(added + 1 < records_.size() ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 TEST_F(EarlierMapOfARoom, AnotherBuildingIsNotTakenForIt) {

@@ -33,6 +33,8 @@ class SlamJournal {
   void add(const TrackedRecord& record);
   /// Everything so far, once flush() has succeeded.
   [[nodiscard]] const JournalMark& mark() const { return mark_; }
+  /// AppendFile::written()
+  [[nodiscard]] Result<void> written() const { return file_.written(); }
   Result<void> flush() { return file_.flush(); }
   /// AppendFile::sync()
   [[nodiscard]] Result<void> sync() const { return file_.sync(); }
