@@ -61,8 +61,12 @@ struct LaserRunParams {
                {},
                "instead of the recording's odometry: its true poses with the noise of [wheel_noise]"},
       self.degraded_odometry);
-    v(ParamDoc{"search_motion", {}, "where a match fails, search the last keyframes for the scan"},
-      self.search_motion);
+    v(
+        ParamDoc{
+            "search_motion",
+            {},
+            "search the last keyframes for the scan where a match fails, and along the walls of a corridor"},
+        self.search_motion);
     v(ParamDoc{"search_gap_s",
                {0, 1e6},
                "scans further apart than this that no odometry predicts are searched for at once"},

@@ -36,9 +36,9 @@ struct LaserChoiceInput {
 std::string prediction_text(const LaserRecording& recording, const LaserParameters& params) {
   const LaserRunParams& run = params.run;
   if (recording.odometry.empty() || !run.use_odometry)
-    return run.search_motion ? "no odometry: motion is predicted from the velocity of the last scans; after "
-                               "a gap, or a failed "
-                               "match, the last keyframes are searched"
+    return run.search_motion ? "no odometry: motion is predicted from the velocity of the last scans; along "
+                               "walls that say nothing about it, and after a gap or a failed match, the last "
+                               "keyframes are searched"
                              : "no odometry: motion is predicted from the velocity of the last scans";
   if (!run.degraded_odometry)
     return "motion is predicted from the recording's odometry" +
@@ -195,7 +195,9 @@ Result<void> Run::process_all() {
     if (event.kind == LaserEvent::Kind::kScan) ++summary_.scans_read;
     give(pipeline_, recording_, event);
     collect();
-    if (const auto written = mapped_.written(); !written) return as_run_failure(written);
+    // A disk that is full is known now, rather than at the end.
+    for (const auto& written : {mapped_.written(), tables_.written()})
+      if (!written) return as_run_failure(written);
   }
   if (options_.run.progress && pipeline_.map_frame().source() == MapFrameSource::kLoops)
     options_.run.progress({"closing loops", 0, 0, {}});

@@ -66,6 +66,13 @@ void LaserTables::add(const LaserStep& step) {
   }
 }
 
+Result<void> LaserTables::written() const {
+  for (const auto* table : {&heights_, &states_})
+    if (*table)
+      if (const auto written = (*table)->written(); !written) return written;
+  return {};
+}
+
 Result<void> LaserTables::finish() {
   for (auto* table : {&heights_, &states_})
     if (*table)

@@ -17,6 +17,8 @@ class LaserTables {
  public:
   explicit LaserTables(std::filesystem::path folder) : folder_(std::move(folder)) {}
   void add(const LaserStep& step);
+  /// Error: one could not be written, as far as it is known by now (OutputFile::written()).
+  [[nodiscard]] Result<void> written() const;
   /// Gives the tables their names. Error: one could not be written.
   Result<void> finish();
 
