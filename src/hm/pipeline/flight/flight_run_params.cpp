@@ -75,8 +75,8 @@ void match_inner_loop(CascadeParams& cascade, const InnerLoopParams& inner_loop)
     case InnerLoopKind::kSecondOrder:
       cascade.output = CascadeOutputKind::kAttitudeThrust;
       cascade.tilt_gain_ratio = 1;
-      cascade.tilt_response_s =
-          static_cast<float>(2 * inner_loop.attitude_damping_ratio / inner_loop.attitude_frequency_rad_s);
+      cascade.tilt_response_s = static_cast<float>(2 * InnerLoopParams::kAttitudeDamping_ratio /
+                                                   InnerLoopParams::kAttitudeFrequency_rad_s);
       return;
     case InnerLoopKind::kFirstOrder:
       cascade.output = CascadeOutputKind::kAttitudeThrust;

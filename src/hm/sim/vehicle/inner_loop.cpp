@@ -30,9 +30,10 @@ Vec3 inner_loop_acceleration(const InnerLoopParams& params, const InnerLoopComma
   };
   const Mat3 target = with_same_yaw(R_world_base, limited(command.roll_rad), limited(command.pitch_rad));
   const Vec3 error = so3_log(R_world_base.transpose() * target);
-  const double w0 = params.attitude_frequency_rad_s;
+  constexpr double kFrequency = InnerLoopParams::kAttitudeFrequency_rad_s;
   Vec3 acceleration = first_order ? Vec3((error / params.attitude_time_constant_s - w) / kRateLag_s)
-                                  : Vec3(w0 * w0 * error - 2 * params.attitude_damping_ratio * w0 * w);
+                                  : Vec3(kFrequency * kFrequency * error -
+                                         2 * InnerLoopParams::kAttitudeDamping_ratio * kFrequency * w);
   acceleration.z() = (std::clamp(command.yaw_rate_rad_s, -kMaxYawRate_rad_s, kMaxYawRate_rad_s) - w.z()) /
                      params.kYawRateTimeConstant_s;
   return acceleration;

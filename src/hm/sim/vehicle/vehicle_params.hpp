@@ -120,10 +120,11 @@ inline constexpr std::string_view kInnerLoopKindNames[] = {"motors", "second-ord
 /// mav_system_identification.
 struct InnerLoopParams {
   InnerLoopKind inner_loop = InnerLoopKind::kMotors;
-  double attitude_frequency_rad_s = 12;     ///< natural frequency of the second-order loop
-  double attitude_damping_ratio = 0.8;      ///< of the second-order loop
   double attitude_time_constant_s = 0.257;  ///< of the first-order loop
   double attitude_gain = 0.75;              ///< reached per commanded angle, first-order loop
+  /// Natural frequency and damping of the second-order loop: of a typical autopilot of this size. A vehicle
+  /// that was identified has the first-order loop's parameters.
+  static constexpr double kAttitudeFrequency_rad_s = 12, kAttitudeDamping_ratio = 0.8;
   /// Time constant of the yaw rate, both loops.
   static constexpr double kYawRateTimeConstant_s = 0.1;
 
@@ -131,10 +132,6 @@ struct InnerLoopParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"inner_loop", {}, "what the vehicle does with commands"}, self.inner_loop,
       kInnerLoopKindNames);
-    v(ParamDoc{"attitude_frequency_rad_s", {0.1, 100}, "natural frequency of the second-order loop"},
-      self.attitude_frequency_rad_s);
-    v(ParamDoc{"attitude_damping_ratio", {0.05, 5}, "damping of the second-order loop"},
-      self.attitude_damping_ratio);
     v(ParamDoc{"attitude_time_constant_s", {0.02, 10}, "time constant of the first-order loop"},
       self.attitude_time_constant_s);
     v(ParamDoc{"attitude_gain", {0.1, 10}, "attitude reached per commanded one, first-order loop"},
