@@ -78,6 +78,16 @@ class Desk(unittest.TestCase):
         self.assertGreater(length, 30)
         self.assertLess(length, 60)
 
+    def test_a_frontier_is_where_nobody_has_looked_through_the_window(self):
+        self.assertAlmostEqual(page.wait_for(self.driver, f"{VIEW}.frontiers.lengthM()"), 1.2, places=3)
+        self.assertTrue(page.wait_for(self.driver, "/1.20\\s+m of frontiers/.test(document.getElementById('coverage').innerText)"))
+        self.assertTrue(self.js(f"return {VIEW}.frontiers.lines.visible"))
+        self.assertIn("not seen beyond", self.js("return document.querySelector('.legend.marks').textContent"))
+        toggle = "[...document.querySelectorAll('.toggles label')].find(label => label.textContent.trim() === 'frontiers')"
+        self.js(f"{toggle}.click()")
+        self.assertFalse(self.js(f"return {VIEW}.frontiers.lines.visible"))
+        self.js(f"{toggle}.click()")
+
     def test_turning_changes_the_picture_and_the_whole_comes_back(self):
         before = self.canvas()
         old = self.js(f"return {VIEW}.rig.azimuth")

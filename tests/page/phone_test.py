@@ -96,6 +96,7 @@ class WithoutWebGl(page.PageTest):
         self.wait("document.querySelectorAll('.plot canvas').length >= 3")
         time.sleep(0.3)
         self.assertEqual(self.js("return housemartin.plan.triangleCount"), self.server.state()["triangles"])
+        self.wait("Math.abs(housemartin.plan.lengthM() - 1.2) < 1e-3")  # the frontier of the occupancy
         page.keep_picture(self.driver, "without_webgl")
         seen = self.js("""const c = document.getElementById('plan'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
             let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n / (c.width * c.height)""")
