@@ -135,7 +135,7 @@ TEST(DisparityOffset, ReturnsToItsPriorWhereNothingTells) {
     const DisparityOffset found = estimate_disparity_offset(seen, {});
     EXPECT_FALSE(found.is_observed);
     EXPECT_EQ(found.offset_1_m, 0);
-    EXPECT_GE(found.sigma_1_m, 0.8 * DisparityOffset::kPriorSigma_1_m);
+    EXPECT_EQ(found.sigma_1_m, DisparityOffset::kPriorSigma_1_m);
   }
 }
 
