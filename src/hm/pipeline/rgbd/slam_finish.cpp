@@ -1,5 +1,6 @@
 #include "hm/pipeline/rgbd/slam_finish.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "hm/core/text/counted.hpp"
@@ -46,6 +47,16 @@ void compare_trajectories(SlamSummary& summary) {
   summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, said);
 }
 
+std::string depth_warning(const DisparityOffset& disparity) {
+  const auto off = [&](double at_m) { return 100 * disparity.offset_1_m * at_m; };
+  return fmt::format(
+      "depth is not right at all distances: as surfaces seen from different places say, 1/depth is 1/reading "
+      "{:+.3f} 1/m (deviation {:.3f}), so that readings at 3 m are {:.0f} % too {}, compared with those at 1 "
+      "m; calibrate depth (hm calibrate depth)",
+      disparity.offset_1_m, disparity.sigma_1_m, std::abs(off(3) - off(1)),
+      disparity.offset_1_m > 0 ? "long" : "short");
+}
+
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
@@ -70,6 +81,8 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
         "average, by depth images and loops {:.1f} mm, which the poses now are by; calibrate the cameras if "
         "colour is not exactly registered to depth",
         1e3 * state.alignment.agreement.distance_m, 1e3 * state.alignment.agreement.other_distance_m));
+  if (state.alignment.disparity.is_worth_a_calibration())
+    summary.warnings.push_back(depth_warning(state.alignment.disparity));
   if (state.alignment.interrupted)
     summary.warnings.emplace_back(
         "bundle adjustment was stopped: poses are less accurate than they could be");

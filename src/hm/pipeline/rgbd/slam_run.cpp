@@ -198,6 +198,9 @@ void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
     v({"surface_cost_ratio"}, report.agreement.cost / report.agreement.other_cost);
     v({"surface_distance_m", {}, "{:.4f} m"}, report.agreement.distance_m);
     v({"surface_distance_by_depth_m", {}, "{:.4f} m"}, report.agreement.other_distance_m);
+    v({"depth_disparity_offset_1_m", {}, "{:.4f} 1/m"}, report.disparity.offset_1_m);
+    v({"depth_disparity_offset_sigma_1_m", {}, "{:.4f} 1/m"}, report.disparity.sigma_1_m);
+    v({"depth_disparity_cost_ratio"}, report.disparity.cost_ratio);
   }
   const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
     if (report.adjusted)

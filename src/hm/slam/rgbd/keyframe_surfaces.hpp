@@ -12,6 +12,7 @@
 #include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/registration/surface_grid.hpp"
 #include "hm/slam/rgbd/covisibility_matches.hpp"
+#include "hm/slam/rgbd/disparity_offset.hpp"
 
 namespace hm {
 
@@ -56,6 +57,10 @@ class KeyframeSurfaces {
   [[nodiscard]] SurfaceAgreement agreement(std::span<const KeyframePair> pairs,
                                            std::span<const SE3> T_map_camera,
                                            std::span<const SE3> T_map_other) const;
+
+  /// Self-calibration of disparity by these pairs.
+  [[nodiscard]] DisparityOffset disparity_offset(std::span<const KeyframePair> pairs,
+                                                 std::span<const SE3> T_map_camera) const;
 
  private:
   struct Surface {

@@ -94,12 +94,42 @@ TEST(KeyframeSurfaces, AWallHoldsItsNormalAndTwoTurns) {
   EXPECT_LT(values[2], 0.02 * values[3]);
 }
 
+/// Depth images of a camera whose disparity is off: 1 / depth = 1 / reading + 0.02 1/m.
+TEST(KeyframeSurfaces, TheyTellTheOffsetOfDisparity) {
+  constexpr double kOffset_1_m = 0.02;
+  const SE3 T_camera_depth = SE3::exp((Vec6() << 0.004, 0.002, 0, 0.01, -0.005, 0.003).finished());
+  std::vector<SE3> truth;
+  std::vector<KeyframePair> pairs;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    truth.push_back(
+        SE3(so3_exp(Vec3(0.3 * std::sin(i), 0.3 * i, 0)), Vec3(0.7 * std::sin(2 * i), 0, 0.6 * std::cos(i))));
+    if (i > 0) pairs.emplace_back(i - 1, i);
+  }
+  KeyframeDepths depths = depths_in(kRoom_m, truth, T_camera_depth);
+  depths.read = [right = depths.read](const Keyframe& keyframe) {
+    std::optional<KeyframeDepth> read = right(keyframe);
+    for (int y = 0; y < read->depth.height(); ++y)
+      for (std::uint16_t& units : read->depth.units.row(y)) {
+        const double depth_m = units * read->depth.unit_m;
+        units = static_cast<std::uint16_t>(
+            std::lround(depth_m / (1 - kOffset_1_m * depth_m) / read->depth.unit_m));
+      }
+    return read;
+  };
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths);
+  const DisparityOffset found = surfaces.disparity_offset(pairs, truth);
+  EXPECT_TRUE(found.is_observed);
+  EXPECT_NEAR(found.offset_1_m, kOffset_1_m, 0.004);
+  EXPECT_LT(found.cost_ratio, 1);
+}
+
 TEST(KeyframeSurfaces, WithoutDepthImagesThereIsNothing) {
   const std::vector<SE3> poses(2, kCorner);
   const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(poses), {});
   const std::vector<KeyframePair> pair{{0, 1}};
   EXPECT_FALSE(surfaces.factor(0, 1, {}));
   EXPECT_EQ(surfaces.agreement(pair, poses, poses).views, 0U);
+  EXPECT_FALSE(surfaces.disparity_offset(pair, poses).is_observed);
 }
 
 TEST(KeyframeSurfaces, TruePosesAgreeBetterThanDisturbedOnes) {

@@ -19,7 +19,9 @@ namespace {
 /// Keyframes before a new one whose features are linked with its own, for landmarks.
 constexpr std::size_t kLinkedBefore = 3;
 // Pairs of visits for each keyframe on average, which bounds the time.
-constexpr std::size_t kFactorsPerKeyframe = 4, kComparedPerKeyframe = 8;
+constexpr std::size_t kFactorsPerKeyframe = 4, kComparedPerKeyframe = 8, kCalibratingPerKeyframe = 1;
+/// Keyframes of a submap that calibrate depth besides visits: apart enough to see a surface from elsewhere.
+constexpr std::uint32_t kCalibratingApart = 4;
 // Of more keyframes surfaces would take over half a gigabyte: hours of walking are not judged by depth.
 constexpr std::size_t kMostJudgedKeyframes = 5000;
 
@@ -52,6 +54,7 @@ struct RgbdLoopCloser::Impl {
   [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
   [[nodiscard]] std::vector<SE3> poses_by_surfaces(const KeyframeSurfaces& surfaces,
                                                    const std::vector<KeyframePair>& visits) const;
+  [[nodiscard]] std::vector<KeyframePair> calibrating_pairs(const std::vector<KeyframePair>& visits) const;
   void judge(std::vector<SE3>& T_map_adjusted, RgbdAlignmentReport& report, const KeyframeDepths& depths,
              const RunContext& run) const;
   void adjust(RgbdAlignmentReport& report, const RunContext& run, const KeyframeDepths& depths);
@@ -199,6 +202,16 @@ std::vector<SE3> RgbdLoopCloser::Impl::poses_by_surfaces(const KeyframeSurfaces&
                                                                   : graph.graph().T_map_node;
 }
 
+/// Pairs of keyframes that say whether depth is right at all distances.
+std::vector<KeyframePair> RgbdLoopCloser::Impl::calibrating_pairs(
+    const std::vector<KeyframePair>& visits) const {
+  std::vector<KeyframePair> pairs = thinned(visits, kCalibratingPerKeyframe * graph.size());
+  for (std::uint32_t node = kCalibratingApart; node < graph.size(); ++node)
+    if (graph.keyframe(node).submap == graph.keyframe(node - kCalibratingApart).submap)
+      pairs.emplace_back(node - kCalibratingApart, node);
+  return pairs;
+}
+
 /// Refuses the adjusted poses where the surfaces of different visits agree much better with others, which
 /// then replace them: features mislead where colour is not registered to depth exactly.
 void RgbdLoopCloser::Impl::judge(std::vector<SE3>& T_map_adjusted, RgbdAlignmentReport& report,
@@ -209,6 +222,7 @@ void RgbdLoopCloser::Impl::judge(std::vector<SE3>& T_map_adjusted, RgbdAlignment
   std::vector<SE3> by_surfaces = poses_by_surfaces(surfaces, visits);
   report.agreement =
       surfaces.agreement(thinned(visits, kComparedPerKeyframe * graph.size()), T_map_adjusted, by_surfaces);
+  report.disparity = surfaces.disparity_offset(calibrating_pairs(visits), by_surfaces);
   const double cost = report.agreement.cost, other_cost = report.agreement.other_cost;
   report.refused =
       cost > params.kMaxSurfaceCostRatio * other_cost && cost - other_cost > params.kMinSurfaceCostGain;
