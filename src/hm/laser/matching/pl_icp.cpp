@@ -17,8 +17,7 @@ constexpr std::size_t kMinCoarsePoints = 120;  // no coarse iterations below thi
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
 constexpr double kWeakInformation = 0.02;      // share of the pairs that may only correct a good guess ...
 constexpr double kWeakReach_m = 0.05;          // ... by so much
-constexpr double kCertainInformation = 0.15;   // share of the pairs that noise cannot reach
-constexpr double kMostDeviations = 2.5;        // of the guess by which fewer than those may correct it
+constexpr double kMostDeviations = 2.5;        // of the guess by which a weakly held direction may correct it
 constexpr double kWeakMargin = 1.5;            // on the share of the pairs that did so all the same
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
@@ -67,6 +66,7 @@ struct PlIcp::State {
   void run(Start start, ScanMatch& match);
   [[nodiscard]] Vec3 moved() const;
   [[nodiscard]] bool moved_along_weak_direction() const;
+  [[nodiscard]] FreeDirections weakly_held() const;
   [[nodiscard]] double information_against(const Mat3& guess_covariance) const;
   void rerun(double information_ratio, ScanMatch& match);
   [[nodiscard]] bool is_suspicious(const ScanMatch& match) const;
@@ -96,7 +96,7 @@ double PlIcp::State::trimming_floor_m(Start start, int iteration) const {
 
 /// Directions that less than this share of the pairs constrains, or no more of them than noise would.
 FreeDirections PlIcp::State::free_directions(double information_ratio) const {
-  const FreeDirections uncertain = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  const FreeDirections uncertain = find_free_directions(sums, Mat3::Zero(), {kFirmShare, 0});
   if (uncertain.count == 0) return uncertain;
   const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
   return find_free_directions(sums, of_noise, {information_ratio, params.information_over_noise});
@@ -175,11 +175,14 @@ bool PlIcp::State::moved_along_weak_direction() const {
   return false;
 }
 
+FreeDirections PlIcp::State::weakly_held() const {
+  return find_free_directions(sums, Mat3::Zero(), {kFirmShare, 0});
+}
+
 /// The least share of the pairs that constrains a direction, so that no direction that few pairs hold leads
-/// further from the guess than its covariance allows: a few wrong pairs (legs, reveals of other doors) hold a
-/// place along a corridor as firmly as right ones. 0 where none does.
+/// further from the guess than its covariance allows. 0 where none does.
 double PlIcp::State::information_against(const Mat3& guess_covariance) const {
-  const FreeDirections weak = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  const FreeDirections weak = weakly_held();
   const Vec3 scale(1, 1, weak.arm_m), unscale = scale.cwiseInverse();
   double least = 0;
   for (int k = 0; k < weak.count; ++k) {
@@ -189,7 +192,7 @@ double PlIcp::State::information_against(const Mat3& guess_covariance) const {
     const double shift_m = direction.dot(moved());
     if (shift_m * shift_m <= kMostDeviations * kMostDeviations * variance) continue;
     const double information = unscaled.dot(sums.information() * unscaled) / sums.weight;
-    least = std::max(least, std::min(kCertainInformation, kWeakMargin * information));
+    least = std::max(least, std::min(kFirmShare, kWeakMargin * information));
   }
   return least;
 }
@@ -245,7 +248,8 @@ void PlIcp::State::judge(const SE2& guess, ScanMatch& match) {
   match.T_reference_sensed = found;
   match.mean_error_m = pairs.mean_error_m();
   match.free = free;
-  match.free.at_m = X.translation() + reference_origin_m;
+  match.weak = weakly_held();
+  match.free.at_m = match.weak.at_m = X.translation() + reference_origin_m;
   if (params.compute_covariance) add_covariance(match);
 }
 
@@ -291,7 +295,7 @@ ScanMatch PlIcp::match(const PlanarScan& reference, const PlanarScan& sensed,
 }
 
 ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess,
-                       const std::optional<Mat3>& guess_covariance) {
+                       const std::optional<Mat3>& guess_covariance, double least_share) {
   State& s = *state_;
   ScanMatch match;
   s.matched = false;
@@ -307,7 +311,7 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   match.range_sigma_m = s.range_sigma_m = s.sigma_of(s.sensed);
   s.pairs.begin(s.sensed.size(), s.reference.size());
   s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
-  s.least_information = s.params.min_information_ratio;
+  s.least_information = std::max(s.params.min_information_ratio, least_share);
   s.run(Start::kWide, match);
   if (s.least_information > 0 && s.least_information < kWeakInformation && s.moved_along_weak_direction())
     s.rerun(kWeakInformation, match);

@@ -53,6 +53,9 @@ struct ScanMatch {
   double mean_error_m = 0;        ///< mean point-to-line distance of these pairs
   double range_sigma_m = 0;       ///< standard deviation of a range: given or estimated
   FreeDirections free;
+  /// Directions that few pairs hold, and those that none do: a few wrong pairs (legs, reveals of other doors)
+  /// hold a place along a corridor as firmly as right ones.
+  FreeDirections weak;
 
   [[nodiscard]] bool ok() const { return status == MatchStatus::kMatched; }
 };
@@ -68,6 +71,9 @@ struct ScanMatch {
 /// deterministic.
 class PlIcp {
  public:
+  /// A direction is held firmly by this share of the pairs, which noise cannot reach; by less, weakly.
+  static constexpr double kFirmShare = 0.15;
+
   explicit PlIcp(const PlIcpParams& params = {});
   ~PlIcp();
   PlIcp(PlIcp&&) noexcept;
@@ -79,9 +85,10 @@ class PlIcp {
   /// The same in two steps, for matching many scans against one reference.
   void set_reference(const PlanarScan& reference);
   /// A direction that few pairs hold corrects the guess only within the deviations of `guess_covariance`, of
-  /// (x, y, angle) along the axes of the reference frame, where it is known; else the direction is free.
+  /// (x, y, angle) along the axes of the reference frame, where it is known; else the direction is free. A
+  /// direction that a smaller share of the pairs holds than `least_share` is free too.
   ScanMatch match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess,
-                  const std::optional<Mat3>& guess_covariance = {});
+                  const std::optional<Mat3>& guess_covariance = {}, double least_share = 0);
 
   /// Averages the scan of the last successful match() into the reference: every reference point becomes the
   /// mean of up to `max_scans` scans of its surface. Does nothing after a failed match.

@@ -91,6 +91,14 @@ TEST(PlIcpDegenerate, FewPairsMoveAGuessOnlyWithinItsDeviations) {
     EXPECT_NEAR(known.T_reference_sensed->angle(), 0, 0.01);
     EXPECT_EQ(known.free.count, 1);
     EXPECT_GT(known.covariance(0, 0), 0.5 * kFreeDirectionVariance_m2);
+    // Where these pairs are not wanted, the direction that they hold is free.
+    ASSERT_GE(without.weak.count, 1);
+    EXPECT_GT(std::abs(without.weak.directions[0].x()), 0.9);
+    PlIcp matcher;
+    matcher.set_reference(before);
+    const ScanMatch firm = matcher.match(after, {}, {}, PlIcp::kFirmShare);
+    EXPECT_EQ(firm.free.count, 1);
+    EXPECT_NEAR(firm.T_reference_sensed->x(), 0, 1e-3);
   }
 }
 

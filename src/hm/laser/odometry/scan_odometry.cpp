@@ -34,11 +34,19 @@ constexpr double kLeastSpacingRatio = 0.5, kSpacingGain = 0.05;
 /// Deviations of wheel odometry where nothing confirms it, and of a match that nothing confirms.
 constexpr double kUnsureShift_m = 0.05, kUnsureTurn_rad = 0.05, kUnsureRatio = 0.2;
 constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
+/// Half of the acceleration that a match which nothing confirms may show.
+constexpr double kMostHalfAcceleration_m_s2 = 4;
 /// A match may differ so much from wheel odometry, in deviations of both; those of a match, besides its
 /// noise.
 constexpr double kMostWheelDeviations = 4, kMatchError_m = 0.03, kMatchError_rad = 0.01;
 /// A free direction is one along walls if it moves so much more than it turns.
 constexpr double kAlong = 0.9;
+/// Standard deviation of the motion along walls from what the velocity predicts: half of an acceleration
+/// times the time squared, within these. Stamps may say more time than it was: those of scans that waited in
+/// a queue.
+constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastAlong_m = 0.02, kMostAlong_m = 0.1;
+/// Few pairs may shift a match so far along walls, and the last scans must undo half of a larger shift.
+constexpr double kWeakShift_m = 0.02, kMostOfWeakShift = 0.5;
 /// Share of its points that a match must pair for wheels to confirm it.
 constexpr double kSurePairsRatio = 0.15;
 
@@ -56,7 +64,7 @@ void ScanOdometry::start(const SE2& T_odom_base) {
   since_keyframe_.setZero();
   keyframes_ = 0;
   failures_ = 0;
-  velocity_.reset(T_odom_base);
+  velocity_.reset(T_odom_base_);
   unmatched_s_ = spacing_s_ = 0;
 }
 
@@ -142,7 +150,7 @@ std::optional<ScanOdometry::WheelDeviation> ScanOdometry::deviation_from_wheels(
 
 /// Whether a match lies where wheels may have brought the vehicle. Its heading counts more than theirs.
 bool ScanOdometry::agrees_with_wheels(const ScanMatch& match) const {
-  const auto deviation = deviation_from_wheels(T_odom_keyframe_ * *match.T_reference_sensed);
+  const auto deviation = deviation_from_wheels(matched_pose(match));
   return !deviation || deviation->place_chi2 <= kMostWheelDeviations * kMostWheelDeviations;
 }
 
@@ -152,7 +160,7 @@ bool ScanOdometry::confirmed_by_wheels(const ScanMatch& match) const {
   if (!match.ok() || match.mean_error_m > params_.kFindMaxError_m ||
       static_cast<double>(match.pairs) < kSurePairsRatio * static_cast<double>(match.sensed_points))
     return false;
-  const auto deviation = deviation_from_wheels(T_odom_keyframe_ * *match.T_reference_sensed);
+  const auto deviation = deviation_from_wheels(matched_pose(match));
   return deviation && deviation->chi2 <= kMostWheelDeviations * kMostWheelDeviations;
 }
 
@@ -195,11 +203,11 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   return step;
 }
 
-ScanMatch ScanOdometry::match_once(const PlanarScan& scan, const PredictedPose& pose) {
+ScanMatch ScanOdometry::match_once(const PlanarScan& scan, const PredictedPose& pose, double least_share) {
   std::optional<Mat3> covariance;
   if (pose.covariance)
     covariance = turned_covariance(T_odom_keyframe_.rotation().transpose(), *pose.covariance);
-  return matcher_.match(scan, T_odom_keyframe_.inverse() * pose.T_odom_base, covariance);
+  return matcher_.match(scan, T_odom_keyframe_.inverse() * pose.T_odom_base, covariance, least_share);
 }
 
 /// Looks for a match that wheels confirm where that from the prediction is none, from other headings: true
@@ -232,20 +240,15 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
   const auto match_from = [&](const PredictedPose& pose) { step.match = match_once(scan, pose); };
   if (!prediction.find || !prediction.find_first) {
     match_from(predicted());
-    if (step.match.ok() && !prediction.find) {
-      move_along_free_direction(scan, prediction, step);
-      return track(step);
-    }
+    move_along_walls(scan, prediction, step);
+    if (step.match.ok() && !prediction.find) return track(step);
     // Along a corridor the prediction counts: there must be one.
     const bool is_sure = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
                          !velocity_.velocity().isZero();
     if (fits(step.match) && agrees_with_wheels(step.match) &&
-        (!prediction.confirms ||
-         (is_sure && step.match.mean_error_m <= params_.kFindMaxError_m &&
-          prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed)))) {
-      move_along_free_direction(scan, prediction, step);
+        (!prediction.confirms || (is_sure && step.match.mean_error_m <= params_.kFindMaxError_m &&
+                                  prediction.confirms(scan, matched_pose(step.match)))))
       return track(step);
-    }
   }
   if (!prediction.find) return lose(scan, step);
   step.searched = true;
@@ -254,10 +257,7 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
   if (found) {
     match_from({found->T_odom_base});
     if (!fits(step.match)) return adopt(scan, *found, step);
-    const SE2 change = found->T_odom_base.inverse() * (T_odom_keyframe_ * *step.match.T_reference_sensed);
-    const bool stays = change.translation().norm() <= params_.kFoundMaxShift_m &&
-                       std::abs(change.angle()) <= params_.kFoundMaxTurn_rad;
-    return stays ? track(step) : adopt(scan, *found, step);
+    return stays_near(found->T_odom_base, step.match) ? track(step) : adopt(scan, *found, step);
   }
   if (prediction.find_first) {
     match_from(predicted());
@@ -266,29 +266,87 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
   accept_unconfirmed(scan, prediction, step);
 }
 
-/// Where walls leave the motion along them free, and only the last velocity predicts it, looks for the pose
-/// along them, and matches from there.
-void ScanOdometry::move_along_free_direction(const PlanarScan& scan, const MotionPrediction& prediction,
-                                             OdometryStep& step) {
-  const ScanMatch first = step.match;
-  if (!prediction.find_along || prediction.T_last_now || prediction.velocity_base || first.free.count != 1)
+bool ScanOdometry::only_velocity_predicts(const MotionPrediction& prediction) const {
+  return !prediction.T_last_now && !prediction.velocity_base && !velocity_.velocity().isZero() &&
+         unmatched_s_ <= params_.kMaxGap_s;
+}
+
+/// Standard deviation of the motion along walls from what the velocity predicts.
+double ScanOdometry::along_sigma_m() const {
+  const double time_s = velocity_.since_s(unmatched_s_);
+  return std::clamp(kHalfAcceleration_m_s2 * time_s * time_s, kLeastAlong_m, kMostAlong_m);
+}
+
+/// Where few pairs or none hold the motion along walls, and only the velocity predicts it, moves the match
+/// along them to where the last scans show it. A free motion has the variance of a filter, of prediction and
+/// search in turn.
+void ScanOdometry::move_along_walls(const PlanarScan& scan, const MotionPrediction& prediction,
+                                    OdometryStep& step) {
+  const bool is_free = step.match.free.count == 1;
+  const FreeDirections& along = is_free ? step.match.free : step.match.weak;
+  if (!prediction.find_along || !only_velocity_predicts(prediction) || !fits(step.match) ||
+      step.match.free.count > 1 || along.count == 0 || along.directions[0].head<2>().norm() < kAlong) {
+    along_variance_m2_ = 0;
     return;
-  const Vec2 free = first.free.directions[0].head<2>();
-  if (free.norm() < kAlong) return;
-  const Vec2 direction = free.normalized(), direction_odom = T_odom_keyframe_.rotation() * direction;
-  SE2 T_odom_base = T_odom_keyframe_ * *first.T_reference_sensed;
-  const auto found = prediction.find_along(scan, T_odom_base, direction_odom, unmatched_s_);
-  if (!found) return;
-  T_odom_base = SE2(T_odom_base.translation() + found->shift_m * direction_odom, T_odom_base.angle());
-  step.match = match_once(scan, {T_odom_base});
-  if (!fits(step.match)) {
-    step.match = match_once(scan, predicted());  // the matcher's last match is to be the one that counts
+  }
+  const Vec2 direction = along.directions[0].head<2>().normalized();
+  const Vec2 direction_odom = T_odom_keyframe_.rotation() * direction;
+  if (!is_free) {
+    along_variance_m2_ = 0;
+    if (velocity_.is_due(unmatched_s_)) undo_weak_shift(scan, prediction, direction_odom, step);
     return;
+  }
+  const double sigma_m = along_sigma_m();
+  double variance_m2 = along_variance_m2_ + sigma_m * sigma_m;
+  if (velocity_.is_due(unmatched_s_)) {
+    const auto found = prediction.find_along(scan, matched_pose(step.match), direction_odom, sigma_m);
+    if (found && shift_match(scan, found->shift_m * direction_odom, 0, step))
+      variance_m2 /= 1 + variance_m2 / (found->sigma_m * found->sigma_m);
+    along_variance_m2_ = variance_m2;
   }
   Mat3 elsewhere = kFreeDirectionVariance_m2 * Mat3::Identity();
   elsewhere.topLeftCorner<2, 2>() +=
-      (found->sigma_m * found->sigma_m - kFreeDirectionVariance_m2) * direction * direction.transpose();
+      (variance_m2 - kFreeDirectionVariance_m2) * direction * direction.transpose();
   step.match.covariance = fused_covariance(step.match.covariance, elsewhere);
+}
+
+/// Moves a match that few pairs shifted along walls back to where the velocity predicts it, if the last scans
+/// show it there: reveals of other doors hold a place as firmly as right ones, and would slow the vehicle
+/// down until it stands.
+void ScanOdometry::undo_weak_shift(const PlanarScan& scan, const MotionPrediction& prediction,
+                                   const Vec2& direction_odom, OdometryStep& step) {
+  const SE2 T_odom_base = matched_pose(step.match), T_odom_predicted = velocity_.predicted(unmatched_s_);
+  const double moved_m = direction_odom.dot(T_odom_base.translation() - T_odom_predicted.translation());
+  if (std::abs(moved_m) < kWeakShift_m) return;
+  const SE2 T_odom_before(T_odom_base.translation() - moved_m * direction_odom, T_odom_base.angle());
+  const auto found = prediction.find_along(scan, T_odom_before, direction_odom, along_sigma_m());
+  if (!found || std::abs(found->shift_m) > kMostOfWeakShift * std::abs(moved_m)) return;
+  Mat3 covariance = step.match.covariance;
+  if (!shift_match(scan, (found->shift_m - moved_m) * direction_odom, PlIcp::kFirmShare, step)) return;
+  const Vec2 direction = T_odom_keyframe_.rotation().transpose() * direction_odom;
+  covariance.topLeftCorner<2, 2>() += found->sigma_m * found->sigma_m * direction * direction.transpose();
+  step.match.covariance = covariance;
+}
+
+/// Matches from the shifted pose: true if it fits there. Else the match is as it was.
+bool ScanOdometry::shift_match(const PlanarScan& scan, const Vec2& shift_odom_m, double least_share,
+                               OdometryStep& step) {
+  const SE2 T_odom_base = matched_pose(step.match);
+  const SE2 T_odom_shifted(T_odom_base.translation() + shift_odom_m, T_odom_base.angle());
+  step.match = match_once(scan, {T_odom_shifted}, least_share);
+  if (fits(step.match) && stays_near(T_odom_shifted, step.match)) return true;
+  step.match = match_once(scan, predicted());  // the matcher's last match is to be the one that counts
+  return false;
+}
+
+SE2 ScanOdometry::matched_pose(const ScanMatch& match) const {
+  return T_odom_keyframe_ * *match.T_reference_sensed;
+}
+
+bool ScanOdometry::stays_near(const SE2& T_odom_base, const ScanMatch& match) const {
+  const SE2 change = T_odom_base.inverse() * matched_pose(match);
+  return change.translation().norm() <= params_.kFoundMaxShift_m &&
+         std::abs(change.angle()) <= params_.kFoundMaxTurn_rad;
 }
 
 /// Neither the last scans nor the reference confirm a pose: odometry counts, or else the match, but as
@@ -304,10 +362,17 @@ void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPredic
     return adopt(scan, {step.T_odom_base_predicted, variances.asDiagonal()}, step);
   }
   if (!step.match.ok()) return lose(scan, step);
-  if (prediction.confirms)
-    step.match.covariance.diagonal() +=
-        Vec3(kUnsure_m * kUnsure_m, kUnsure_m * kUnsure_m, kUnsure_rad * kUnsure_rad);
+  const Vec3 unsure(kUnsure_m * kUnsure_m, kUnsure_m * kUnsure_m, kUnsure_rad * kUnsure_rad);
+  if (prediction.confirms && only_velocity_predicts(prediction) && accelerates_too_much(step))
+    return adopt(scan, {step.T_odom_base_predicted, unsure.asDiagonal()}, step);
+  if (prediction.confirms) step.match.covariance.diagonal() += unsure;
   track(step);
+}
+
+/// Whether a match lies further from the prediction than a vehicle accelerates.
+bool ScanOdometry::accelerates_too_much(const OdometryStep& step) const {
+  const Vec2 shift_m = matched_pose(step.match).translation() - step.T_odom_base_predicted.translation();
+  return shift_m.norm() > kUnsureShift_m + kMostHalfAcceleration_m_s2 * unmatched_s_ * unmatched_s_;
 }
 
 bool ScanOdometry::fits(const ScanMatch& match) const {
@@ -368,6 +433,7 @@ void ScanOdometry::begin_keyframe(OdometryStep& step) {
   keyframe_covariance_ = step.covariance;
   last_match_.setZero();
   since_keyframe_.setZero();
+  along_variance_m2_ = 0;
   ++keyframes_;
   step.new_keyframe = true;
 }

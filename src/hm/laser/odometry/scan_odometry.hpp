@@ -86,14 +86,15 @@ using PoseFinder =
 /// Whether other data than the reference confirm the pose of a scan.
 using PoseJudge = std::function<bool(const PlanarScan& scan, const SE2& T_odom_base)>;
 
-/// How far a scan lies from a pose along a direction, and the standard deviation of that.
+/// How far a scan lies from its predicted pose along a direction, by the prediction and the scans before;
+/// and the standard deviation of what these scans alone say.
 struct FoundShift {
   double shift_m = 0, sigma_m = 0;
 };
-/// Finds it along `direction_odom`, a unit vector in `odom`, for a pose that the velocity `elapsed_s` before
-/// predicts; nothing if it cannot be told.
-using ShiftFinder = std::function<std::optional<FoundShift>(const PlanarScan& scan, const SE2& T_odom_base,
-                                                            const Vec2& direction_odom, double elapsed_s)>;
+/// Finds it along `direction_odom`, a unit vector in `odom`, for a pose predicted with the standard deviation
+/// `predicted_sigma_m` along it; nothing if it cannot be told.
+using ShiftFinder = std::function<std::optional<FoundShift>(
+    const PlanarScan& scan, const SE2& T_odom_base, const Vec2& direction_odom, double predicted_sigma_m)>;
 
 /// Prediction of the motion since the last processed scan, from other sources. Precedence for each component:
 /// yaw_change_rad, odometry, velocity, the estimator's own velocity, none.
@@ -171,7 +172,8 @@ class ScanOdometry {
   void predict(double motion_s, const MotionPrediction& prediction);
   void forget_motion();
   [[nodiscard]] PredictedPose predicted() const;
-  [[nodiscard]] ScanMatch match_once(const PlanarScan& scan, const PredictedPose& pose);
+  [[nodiscard]] ScanMatch match_once(const PlanarScan& scan, const PredictedPose& pose,
+                                     double least_share = 0);
   [[nodiscard]] bool match_as_wheels(const PlanarScan& scan, OdometryStep& step);
   struct WheelDeviation {
     double place_chi2, chi2;
@@ -184,8 +186,15 @@ class ScanOdometry {
   void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   void accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   [[nodiscard]] bool fits(const ScanMatch& match) const;
-  void move_along_free_direction(const PlanarScan& scan, const MotionPrediction& prediction,
-                                 OdometryStep& step);
+  [[nodiscard]] SE2 matched_pose(const ScanMatch& match) const;
+  [[nodiscard]] bool stays_near(const SE2& T_odom_base, const ScanMatch& match) const;
+  [[nodiscard]] bool only_velocity_predicts(const MotionPrediction& prediction) const;
+  [[nodiscard]] bool accelerates_too_much(const OdometryStep& step) const;
+  [[nodiscard]] double along_sigma_m() const;
+  void move_along_walls(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
+  void undo_weak_shift(const PlanarScan& scan, const MotionPrediction& prediction, const Vec2& direction_odom,
+                       OdometryStep& step);
+  bool shift_match(const PlanarScan& scan, const Vec2& shift_odom_m, double least_share, OdometryStep& step);
   void track(OdometryStep& step);
   void adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step);
   void conclude(const SE2& T_odom_base);
@@ -206,8 +215,9 @@ class ScanOdometry {
   Mat3 wheel_covariance_ = Mat3::Zero();
   // Of T_odom_base_ relative to the keyframe, along the axes of `odom`: with the wheels, and of its match.
   Mat3 since_keyframe_ = Mat3::Zero(), last_match_ = Mat3::Zero();
-  double unmatched_s_ = 0;  // since T_odom_base_ was matched
-  double spacing_s_ = 0;    // between scans, running mean
+  double unmatched_s_ = 0;        // since T_odom_base_ was matched
+  double spacing_s_ = 0;          // between scans, running mean
+  double along_variance_m2_ = 0;  // of the free motion along walls since the keyframe
   std::size_t keyframes_ = 0;
   int failures_ = 0;
 };

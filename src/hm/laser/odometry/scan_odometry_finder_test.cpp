@@ -174,5 +174,79 @@ TEST(ScanOdometryFinder, StampsThatBunchDoNotMakeAVelocity) {
   EXPECT_LT(fastest_m_s, 2);  // 0.8 m/s
 }
 
+constexpr double kStep_m = 0.08, kStep_s = 0.1;
+constexpr int kHeld = 27, kScans = 42;  // the first keyframe after 2 m is the last that sees the end
+
+/// Scan `i` of a vehicle in a corridor along x, with two people who walk as fast as it goes. First it sees
+/// the end; then only the walls and them.
+PlanarScan scan_in_corridor(int i, Rng& rng) {
+  PlanarWorld world;
+  const double x_m = i * kStep_m;
+  for (const double side : {-1.2, 1.0}) world.segments.push_back({{-60, side}, {60, side}});
+  if (i < kHeld) world.segments.push_back({{8, -1.2}, {8, 1.0}});
+  if (i >= kHeld - 1)
+    for (const Vec2& leg : {Vec2(1.6, -0.5), Vec2(2.4, 0.4)})
+      world.segments.push_back({leg + Vec2(x_m, -0.2), leg + Vec2(x_m, 0.2)});
+  PlanarScan scan = planar_scan_of_world(world, SE2(x_m, 0, 0), {541, 4.71238898038469, 10, 0.01}, rng);
+  scan.stamp = Time::from_seconds(100 + kStep_s * i);
+  return scan;
+}
+
+/// Length that odometry measures, with a search that finds the scans so far from where the velocity predicts
+/// them; without one where that is nothing.
+double driven_in_corridor_m(std::optional<double> shift_m) {
+  Rng rng(3);
+  MotionPrediction prediction;
+  ScanOdometry odometry;
+  double x_m = 0;
+  for (int i = 0; i < kScans; ++i) {
+    if (shift_m && i >= kHeld)
+      prediction.find_along = [&](const PlanarScan&, const SE2&, const Vec2&, double) {
+        return FoundShift{*shift_m, 0.03};
+      };
+    if (const OdometryStep step = odometry.process(scan_in_corridor(i, rng), prediction); step.T_odom_base)
+      x_m = step.T_odom_base->x();
+  }
+  return x_m;
+}
+
+/// Few pairs that hold the vehicle back count less than the velocity, where the last scans show it there, and
+/// only there.
+TEST(ScanOdometryFinder, FewPairsDoNotStopAVehicleAgainstTheLastScans) {
+  constexpr double kDriven_m = (kScans - 1) * kStep_m;
+  EXPECT_LT(driven_in_corridor_m({}), kDriven_m - 0.5);
+  EXPECT_NEAR(driven_in_corridor_m(0), kDriven_m, 0.1);
+  EXPECT_LT(driven_in_corridor_m(-kStep_m), kDriven_m - 0.5);
+}
+
+/// A match that nothing confirms, and to which no vehicle accelerates, is no motion.
+TEST(ScanOdometryFinder, AnUnconfirmedJumpIsNotTracked) {
+  const PlanarWorld world = laser_testing::office_world();
+  const SE2 start = laser_testing::office_loop(5);
+  Rng rng(1);
+  MotionPrediction prediction;
+  bool confirms = true;
+  prediction.find = [](const PlanarScan&, const PredictedPose&) -> std::optional<FoundPose> { return {}; };
+  prediction.confirms = [&](const PlanarScan&, const SE2&) { return confirms; };
+  ScanOdometry odometry;
+  OdometryStep step;
+  const auto process = [&](int i, double ahead_m) {
+    PlanarScan scan = planar_scan_of_world(world, start * SE2(i * 0.05 + ahead_m, 0, 0), {}, rng);
+    scan.stamp = Time::from_seconds(100 + kStep_s * i);
+    return odometry.process(scan, prediction);
+  };
+  int i = 0;
+  while (i < 10) step = process(i++, 0);
+  ASSERT_EQ(step.status, OdometryStatus::kTracking);
+  confirms = false;
+  step = process(i++, 0.02);
+  EXPECT_EQ(step.status, OdometryStatus::kTracking);
+  step = process(i++, 0.3);
+  EXPECT_EQ(step.status, OdometryStatus::kFound);
+  EXPECT_FALSE(step.confirmed);
+  EXPECT_NEAR(step.T_odom_base->x(), 11 * 0.05, 0.05);
+  EXPECT_GT(step.match.covariance(0, 0), 0.03);
+}
+
 }  // namespace
 }  // namespace hm

@@ -287,5 +287,19 @@ TEST(BodyVelocity, FollowsACircleWithoutLag) {
   EXPECT_LT((velocity.velocity() - twist).norm(), 1e-6);
 }
 
+/// Noise of poses at a high rate is none of the velocity.
+TEST(BodyVelocity, IsUpdatedAtIntervals) {
+  BodyVelocity velocity(0.9, 0.5);
+  velocity.reset({}, {1, 0, 0});
+  const double dt_s = 0.3 * BodyVelocity::kInterval_s;
+  velocity.update(SE2(dt_s + 0.01, 0, 0), dt_s);
+  EXPECT_FALSE(velocity.is_due(0));
+  EXPECT_EQ(velocity.velocity(), Vec3(1, 0, 0));
+  EXPECT_NEAR(velocity.predicted(dt_s).x(), 2 * dt_s, 1e-12);
+  for (const int i : {2, 3, 4}) velocity.update(SE2(i * dt_s + (i == 4 ? 0.01 : 0.03), 0, 0), dt_s);
+  EXPECT_NEAR(velocity.velocity().x(), 1 + 0.5 * 0.01 / (4 * dt_s), 1e-9);
+  EXPECT_NEAR(velocity.since_s(dt_s), dt_s, 1e-12);
+}
+
 }  // namespace
 }  // namespace hm

@@ -296,14 +296,15 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
   };
   // The yaw of an IMU leaves little to confirm, and a tilted scan shows floor and ceiling, which agree with
   // nothing.
-  if (!uses_imu)
+  if (!uses_imu) {
     prediction.confirms = [this](const PlanarScan& scan, const SE2& T_odom_base) {
       return search.agrees(scan, T_odom_base);
     };
-  prediction.find_along = [this](const PlanarScan& scan, const SE2& T_odom_base, const Vec2& direction_odom,
-                                 double since_s) {
-    return along.find(scan, T_odom_base, direction_odom, since_s);
-  };
+    prediction.find_along = [this](const PlanarScan& scan, const SE2& T_odom_base, const Vec2& direction_odom,
+                                   double predicted_sigma_m) {
+      return along.find(scan, T_odom_base, direction_odom, predicted_sigma_m);
+    };
+  }
   // A vehicle may do anything between scans that far apart. Where it may have moved on by more than the
   // matcher corrects, a velocity must first be learned.
   if (long_gap || !last_match) scans_without_velocity = kScansForVelocity;

@@ -12,16 +12,17 @@ constexpr CorrelativeMapParams kWallRaster{0.05, 0.04, 1, 0.02};
 /// Points of neighbouring beams are of one wall up to this distance: in the scan, and in keyframes.
 constexpr double kScanSpacing_m = 0.25, kKeyframeSpacing_m = 0.5;
 constexpr std::size_t kMinWallPoints = 40;
-constexpr int kSteps = 11;
-constexpr double kStep_m = 0.05;
+/// Points that are scored are this many, evenly taken: a finer laser shows the same walls.
+constexpr std::size_t kMostPoints = 360;
+constexpr int kSteps = 55;
+constexpr double kStep_m = 0.01;
 static_assert(kSteps * kStep_m > FreeDirectionSearch::kReach_m - 1e-9 &&
               kSteps * kStep_m < FreeDirectionSearch::kReach_m + 1e-9);
 /// Weight of a point that fits, in log likelihood: less than its noise alone says, as neighbours fail
 /// together.
 constexpr double kPointWeight = 2;
-/// Deviation of the motion from the last velocity: half of an acceleration, times the time squared, within
-/// these. Stamps may say more time than it was: those of scans that waited in a queue.
-constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastDeviation_m = 0.02, kMostDeviation_m = 0.1;
+/// Scores that differ less than this are equal: between bare walls the nearest place scores best, by so much.
+constexpr double kEqualScores = 0.002;
 /// Probability, relative to that of no deviation, of any other: a velocity may be wrong altogether.
 constexpr double kAnyDeviation = 0.001;
 /// A shift is known no better than this.
@@ -34,6 +35,27 @@ void for_each_wall(const PlanarScan& scan, double max_spacing_m, Take&& take) {
     if ((scan.points_m[i] - scan.points_m[i - 1]).squaredNorm() < max_spacing_m * max_spacing_m)
       take(scan.points_m[i - 1], scan.points_m[i]);
 }
+
+std::vector<Vec2> points_on_walls(const PlanarScan& scan) {
+  std::vector<Vec2> points_m;
+  for_each_wall(scan, kScanSpacing_m, [&](const Vec2&, const Vec2& to) { points_m.push_back(to); });
+  const std::size_t stride = (points_m.size() + kMostPoints - 1) / kMostPoints;
+  if (stride < 2) return points_m;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points_m.size(); i += stride) points_m[kept++] = points_m[i];
+  points_m.resize(kept);
+  return points_m;
+}
+
+/// Of a weighted distribution.
+struct Moments {
+  double sum = 0, first = 0, second = 0;
+  void add(double value, double weight) {
+    sum += weight, first += weight * value, second += weight * value * value;
+  }
+  [[nodiscard]] double mean() const { return first / sum; }
+  [[nodiscard]] double variance() const { return second / sum - mean() * mean(); }
+};
 
 }  // namespace
 
@@ -62,28 +84,30 @@ const CorrelativeMap& FreeDirectionSearch::raster() {
 }
 
 std::optional<FoundShift> FreeDirectionSearch::find(const PlanarScan& scan, const SE2& T_odom_base,
-                                                    const Vec2& direction_odom, double elapsed_s) {
-  std::vector<Vec2> points_m;
-  for_each_wall(scan, kScanSpacing_m, [&](const Vec2&, const Vec2& to) { points_m.push_back(to); });
+                                                    const Vec2& direction_odom, double predicted_sigma_m) {
+  const std::vector<Vec2> points_m = points_on_walls(scan);
   if (keyframes_.all().empty() || points_m.size() < kMinWallPoints) return std::nullopt;
   std::array<double, 2 * kSteps + 1> scores;
   for (int k = -kSteps; k <= kSteps; ++k) {
     const Vec2 at_m = T_odom_base.translation() + k * kStep_m * direction_odom;
     scores[static_cast<std::size_t>(k + kSteps)] = raster().score(points_m, SE2(at_m, T_odom_base.angle()));
   }
-  const double highest = *std::ranges::max_element(scores);
-  const double deviation_m =
-      std::clamp(kHalfAcceleration_m_s2 * elapsed_s * elapsed_s, kLeastDeviation_m, kMostDeviation_m);
-  double sum = 0, first_m = 0, second_m2 = 0;
-  for (int k = -kSteps; k <= kSteps; ++k) {
-    const double shift_m = k * kStep_m, deviations = shift_m / deviation_m;
-    const double below = highest - scores[static_cast<std::size_t>(k + kSteps)];
-    const double weight = (std::exp(-0.5 * deviations * deviations) + kAnyDeviation) *
-                          std::exp(-kPointWeight * static_cast<double>(points_m.size()) * below);
-    sum += weight, first_m += weight * shift_m, second_m2 += weight * shift_m * shift_m;
+  const double predicted = scores[kSteps];
+  for (double& score : scores) {
+    const double better = score - predicted;
+    score = std::copysign(std::max(std::abs(better) - kEqualScores, 0.0), better);
   }
-  const double mean_m = first_m / sum, variance_m2 = second_m2 / sum - mean_m * mean_m;
-  return FoundShift{mean_m, std::sqrt(std::max(variance_m2, kLeastSigma_m * kLeastSigma_m))};
+  const double highest = *std::ranges::max_element(scores);
+  Moments by_walls, with_prediction;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    const double shift_m = k * kStep_m, deviations = shift_m / predicted_sigma_m;
+    const double below = highest - scores[static_cast<std::size_t>(k + kSteps)];
+    const double likelihood = std::exp(-kPointWeight * static_cast<double>(points_m.size()) * below);
+    by_walls.add(shift_m, likelihood);
+    with_prediction.add(shift_m, likelihood * (std::exp(-0.5 * deviations * deviations) + kAnyDeviation));
+  }
+  return FoundShift{with_prediction.mean(),
+                    std::sqrt(std::max(by_walls.variance(), kLeastSigma_m * kLeastSigma_m))};
 }
 
 }  // namespace hm

@@ -26,10 +26,10 @@ class FreeDirectionSearch {
 
   /// Adds a scan with known pose.
   void add(const PlanarScan& scan, const SE2& T_odom_base);
-  /// How far along `direction_odom` (a unit vector) the scan lies from T_odom_base, which was predicted from
-  /// the motion `elapsed_s` before; nothing where there are too few walls.
+  /// How far along `direction_odom` (a unit vector) the scan lies from T_odom_base, which was predicted with
+  /// the standard deviation `predicted_sigma_m` along it; nothing where there are too few walls.
   std::optional<FoundShift> find(const PlanarScan& scan, const SE2& T_odom_base, const Vec2& direction_odom,
-                                 double elapsed_s);
+                                 double predicted_sigma_m);
   void clear();
 
  private:
