@@ -45,6 +45,8 @@ constexpr double kAlong = 0.9;
 /// times the time squared, within these. Stamps may say more time than it was: those of scans that waited in
 /// a queue.
 constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastAlong_m = 0.02, kMostAlong_m = 0.1;
+/// A search tells where the vehicle is along walls up to this deviation.
+constexpr double kMostTold_m = 0.1;
 /// Few pairs may shift a match so far along walls, and the last scans must undo half of a larger shift.
 constexpr double kWeakShift_m = 0.02, kMostOfWeakShift = 0.5;
 /// Share of its points that a match must pair for wheels to confirm it.
@@ -278,32 +280,39 @@ double ScanOdometry::along_sigma_m() const {
 }
 
 /// Where few pairs or none hold the motion along walls, and only the velocity predicts it, moves the match
-/// along them to where the last scans show it. A free motion has the variance of a filter, of prediction and
-/// search in turn.
+/// along them to where the last scans show it.
 void ScanOdometry::move_along_walls(const PlanarScan& scan, const MotionPrediction& prediction,
                                     OdometryStep& step) {
   const bool is_free = step.match.free.count == 1;
   const FreeDirections& along = is_free ? step.match.free : step.match.weak;
-  if (!prediction.find_along || !only_velocity_predicts(prediction) || !fits(step.match) ||
-      step.match.free.count > 1 || along.count == 0 || along.directions[0].head<2>().norm() < kAlong) {
-    along_variance_m2_ = 0;
-    return;
-  }
-  const Vec2 direction = along.directions[0].head<2>().normalized();
-  const Vec2 direction_odom = T_odom_keyframe_.rotation() * direction;
-  if (!is_free) {
-    along_variance_m2_ = 0;
-    if (velocity_.is_due(unmatched_s_)) undo_weak_shift(scan, prediction, direction_odom, step);
-    return;
-  }
+  const bool may_move = only_velocity_predicts(prediction) && fits(step.match) &&
+                        step.match.free.count <= 1 && along.count > 0 &&
+                        along.directions[0].head<2>().norm() >= kAlong;
+  if (may_move && is_free) return move_freely(scan, prediction, along.directions[0].head<2>(), step);
+  along_variance_m2_ = 0;
+  along_told_ = true;
+  if (may_move && prediction.find_along && velocity_.is_due(unmatched_s_))
+    undo_weak_shift(scan, prediction, along.directions[0].head<2>(), step);
+}
+
+/// No pair holds the motion along walls: its variance is that of a filter, prediction and search in turn.
+void ScanOdometry::move_freely(const PlanarScan& scan, const MotionPrediction& prediction, const Vec2& along,
+                               OdometryStep& step) {
+  const Vec2 direction = along.normalized();
   const double sigma_m = along_sigma_m();
   double variance_m2 = along_variance_m2_ + sigma_m * sigma_m;
   if (velocity_.is_due(unmatched_s_)) {
-    const auto found = prediction.find_along(scan, matched_pose(step.match), direction_odom, sigma_m);
-    if (found && shift_match(scan, found->shift_m * direction_odom, 0, step))
-      variance_m2 /= 1 + variance_m2 / (found->sigma_m * found->sigma_m);
+    const Vec2 direction_odom = T_odom_keyframe_.rotation() * direction;
+    std::optional<FoundShift> found;
+    if (prediction.find_along)
+      found = prediction.find_along(scan, matched_pose(step.match), direction_odom, sigma_m);
+    if (found && !shift_match(scan, found->shift_m * direction_odom, 0, step)) found.reset();
+    if (found) variance_m2 /= 1 + variance_m2 / (found->sigma_m * found->sigma_m);
+    along_told_ = found && found->sigma_m <= kMostTold_m;
     along_variance_m2_ = variance_m2;
   }
+  if (!along_told_) step.guessed_m = told_speed_m_s_ * unmatched_s_;
+  if (!prediction.find_along) return;
   Mat3 elsewhere = kFreeDirectionVariance_m2 * Mat3::Identity();
   elsewhere.topLeftCorner<2, 2>() +=
       (variance_m2 - kFreeDirectionVariance_m2) * direction * direction.transpose();
@@ -314,16 +323,18 @@ void ScanOdometry::move_along_walls(const PlanarScan& scan, const MotionPredicti
 /// show it there: reveals of other doors hold a place as firmly as right ones, and would slow the vehicle
 /// down until it stands.
 void ScanOdometry::undo_weak_shift(const PlanarScan& scan, const MotionPrediction& prediction,
-                                   const Vec2& direction_odom, OdometryStep& step) {
+                                   const Vec2& along, OdometryStep& step) {
+  const Vec2 direction = along.normalized(), direction_odom = T_odom_keyframe_.rotation() * direction;
   const SE2 T_odom_base = matched_pose(step.match), T_odom_predicted = velocity_.predicted(unmatched_s_);
   const double moved_m = direction_odom.dot(T_odom_base.translation() - T_odom_predicted.translation());
   if (std::abs(moved_m) < kWeakShift_m) return;
   const SE2 T_odom_before(T_odom_base.translation() - moved_m * direction_odom, T_odom_base.angle());
   const auto found = prediction.find_along(scan, T_odom_before, direction_odom, along_sigma_m());
-  if (!found || std::abs(found->shift_m) > kMostOfWeakShift * std::abs(moved_m)) return;
+  if (!found || found->sigma_m > kMostTold_m ||
+      std::abs(found->shift_m) > kMostOfWeakShift * std::abs(moved_m))
+    return;
   Mat3 covariance = step.match.covariance;
   if (!shift_match(scan, (found->shift_m - moved_m) * direction_odom, PlIcp::kFirmShare, step)) return;
-  const Vec2 direction = T_odom_keyframe_.rotation().transpose() * direction_odom;
   covariance.topLeftCorner<2, 2>() += found->sigma_m * found->sigma_m * direction * direction.transpose();
   step.match.covariance = covariance;
 }
@@ -420,6 +431,7 @@ void ScanOdometry::track(OdometryStep& step) {
   conclude(*step.T_odom_base);
   step.covariance =
       compose_covariance(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
+  if (along_told_) told_speed_m_s_ = velocity_.velocity().head<2>().norm();
   if (!wants_keyframe(step.match)) {
     if (params_.reference_scans > 1) matcher_.improve_reference(params_.reference_scans);
     return;

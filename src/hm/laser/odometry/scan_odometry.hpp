@@ -140,6 +140,9 @@ struct OdometryStep {
   /// False where neither the last scans nor the reference confirm the pose (kTracking with a match that may
   /// be wrong, kFound with the motion that odometry gave), and for kRestarted.
   bool confirmed = true;
+  /// Motion along walls since the last posed scan of which nothing but an earlier velocity says how long it
+  /// is: that velocity times the time.
+  double guessed_m = 0;
   /// Covariance of (x, y, angle) of the motion since the last posed scan as wheels say, x and y along the
   /// axes of `odom`; nothing where they do not predict all of it, or the pose contradicts them.
   std::optional<Mat3> wheel_covariance;
@@ -192,7 +195,9 @@ class ScanOdometry {
   [[nodiscard]] bool accelerates_too_much(const OdometryStep& step) const;
   [[nodiscard]] double along_sigma_m() const;
   void move_along_walls(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
-  void undo_weak_shift(const PlanarScan& scan, const MotionPrediction& prediction, const Vec2& direction_odom,
+  void move_freely(const PlanarScan& scan, const MotionPrediction& prediction, const Vec2& along,
+                   OdometryStep& step);
+  void undo_weak_shift(const PlanarScan& scan, const MotionPrediction& prediction, const Vec2& along,
                        OdometryStep& step);
   bool shift_match(const PlanarScan& scan, const Vec2& shift_odom_m, double least_share, OdometryStep& step);
   void track(OdometryStep& step);
@@ -215,9 +220,13 @@ class ScanOdometry {
   Mat3 wheel_covariance_ = Mat3::Zero();
   // Of T_odom_base_ relative to the keyframe, along the axes of `odom`: with the wheels, and of its match.
   Mat3 since_keyframe_ = Mat3::Zero(), last_match_ = Mat3::Zero();
-  double unmatched_s_ = 0;        // since T_odom_base_ was matched
-  double spacing_s_ = 0;          // between scans, running mean
-  double along_variance_m2_ = 0;  // of the free motion along walls since the keyframe
+  double unmatched_s_ = 0;  // since T_odom_base_ was matched
+  double spacing_s_ = 0;    // between scans, running mean
+  // Of the free motion along walls: its variance since the keyframe, whether the last search told it, and the
+  // speed when it was last told.
+  double along_variance_m2_ = 0;
+  bool along_told_ = false;
+  double told_speed_m_s_ = 0;
   std::size_t keyframes_ = 0;
   int failures_ = 0;
 };

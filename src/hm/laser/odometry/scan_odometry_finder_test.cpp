@@ -219,6 +219,39 @@ TEST(ScanOdometryFinder, FewPairsDoNotStopAVehicleAgainstTheLastScans) {
   EXPECT_LT(driven_in_corridor_m(-kStep_m), kDriven_m - 0.5);
 }
 
+/// Where neither matching nor the search tells how far the vehicle went, the step says so; with wheels, and
+/// where the search tells it, nothing is guessed.
+TEST(ScanOdometryFinder, MotionThatNothingTellsIsCounted) {
+  struct Case {
+    std::optional<double> sigma_m;  // of the search
+    bool wheels;
+    double guessed_m;
+  };
+  constexpr int kFree = 5;
+  for (const auto& [sigma_m, wheels, guessed_m] :
+       {Case{{}, false, kFree * kStep_m}, {0.3, false, kFree * kStep_m}, {0.03, false, 0}, {{}, true, 0}}) {
+    Rng rng(3);
+    MotionPrediction prediction;
+    if (sigma_m)
+      prediction.find_along = [&](const PlanarScan&, const SE2&, const Vec2&, double) {
+        return FoundShift{0, *sigma_m};
+      };
+    ScanOdometry odometry;
+    double sum_m = 0;
+    for (int i = 0; i < 10 + kFree; ++i) {
+      PlanarWorld world;
+      for (const double side : {-1.2, 1.0}) world.segments.push_back({{-60, side}, {60, side}});
+      if (i < 10)
+        for (const double x : {-3.0, 3.0}) world.segments.push_back({{x, -1.2}, {x, 1.0}});
+      PlanarScan scan = planar_scan_of_world(world, SE2(i * kStep_m, 0, 0), {541, 4.7, 10, 0.01}, rng);
+      scan.stamp = Time::from_seconds(100 + kStep_s * i);
+      if (wheels && i > 0) prediction.T_last_now = SE2(kStep_m, 0, 0);
+      sum_m += odometry.process(scan, prediction).guessed_m;
+    }
+    EXPECT_NEAR(sum_m, guessed_m, 0.02) << sigma_m.value_or(-1) << " " << wheels;
+  }
+}
+
 /// A match that nothing confirms, and to which no vehicle accelerates, is no motion.
 TEST(ScanOdometryFinder, AnUnconfirmedJumpIsNotTracked) {
   const PlanarWorld world = laser_testing::office_world();

@@ -68,6 +68,16 @@ void judge_turns(const LaserRecording& recording, const LaserSummary& summary, R
                           *ratio));
 }
 
+/// Between bare walls, without wheels: the velocity before errs by a tenth or more.
+void judge_guesses(const LaserSummary& summary, RunVerdict& verdict) {
+  constexpr double kLongest_m = 5;
+  if (summary.longest_guess_m > kLongest_m)
+    verdict.add(MapVerdict::kDoubtful,
+                fmt::format("along {:.0f} m between bare walls nothing but the velocity before says how far "
+                            "the vehicle went ({:.0f} m in all)",
+                            summary.longest_guess_m, summary.guessed_m));
+}
+
 void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
   judge_missing_poses(summary.scans_failed, summary.scans_read, "scans", verdict);
   if (summary.restarts > 0)
@@ -135,6 +145,7 @@ RunVerdict judge_laser_run(const LaserRecording& recording, const LaserSummary& 
     judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kLaserVisitLimits,
                  "scans", verdict);
   judge_failures(summary, verdict);
+  judge_guesses(summary, verdict);
   judge_turns(recording, summary, verdict);
   return verdict;
 }

@@ -20,7 +20,8 @@ std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Tra
 inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 1, 0.4};
 
 /// Judges the result without truth: contradictions between visits of a place, scans without a pose, matching
-/// that was lost, a doubtful place in a saved map, turns that differ from those of odometry.
+/// that was lost, a doubtful place in a saved map, motion whose length was guessed, turns that differ from
+/// those of odometry.
 RunVerdict judge_laser_run(const LaserRecording& recording, const LaserSummary& summary,
                            const ScanVisits& visits, const LaserMapFrame& frame);
 

@@ -54,5 +54,17 @@ TEST(TurnRatio, LeavesOutWhereOdometryHasAGap) {
   EXPECT_NEAR(*ratio, 1, 0.02);
 }
 
+TEST(JudgeLaserRun, DoubtsALengthThatWasGuessed) {
+  LaserSummary summary;
+  summary.guessed_m = 20, summary.longest_guess_m = 4;
+  EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kOk);
+  summary.longest_guess_m = 12;
+  const RunVerdict verdict = judge_laser_run({}, summary, {}, {});
+  EXPECT_EQ(verdict.value, MapVerdict::kDoubtful);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("along 12 m between bare walls"), std::string::npos)
+      << verdict.reasons[0];
+}
+
 }  // namespace
 }  // namespace hm

@@ -161,6 +161,7 @@ class Run {
   LaserScanCounts counts_;
   LaserTables tables_;
   MappedScanFile mapped_;             ///< where `map` is not `odom`
+  double guess_m_ = 0;                ///< motion guessed since it was last told
   std::vector<Time> breaks_;          ///< stamps of poses that nothing joins with the one before
   std::optional<LaserRunView> view_;  ///< of somebody who watches
   RunningSummary scan_ms_, match_ms_, insert_ms_;
@@ -245,6 +246,9 @@ void Run::note(LaserScanRecord record) {
   } else {
     if (step.matched_scan) ++summary_.scans_matched;
     if (step.matched_scan && !step.odometry.confirmed) breaks_.push_back(step.stamp);
+    summary_.guessed_m += step.odometry.guessed_m;
+    guess_m_ = step.odometry.guessed_m > 0 ? guess_m_ + step.odometry.guessed_m : 0;
+    summary_.longest_guess_m = std::max(summary_.longest_guess_m, guess_m_);
     insert_ms_.add(step.insert_ms);
     insert_sum_ms_ += step.insert_ms;
     summary_.beams += step.beams.returns + step.beams.no_returns;

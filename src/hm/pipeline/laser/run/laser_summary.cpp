@@ -213,6 +213,8 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
     scans({"unconfirmed"}, summary.scans_unconfirmed);
     scans({"restarts"}, summary.restarts);
   });
+  v({"guessed_m", "motion along bare walls that was guessed", "{:.1f} m"}, summary.guessed_m);
+  v({"longest_guess_m", "the longest of it", "{:.1f} m"}, summary.longest_guess_m);
   v.object("failure_reasons", [&](SummaryTree& reasons) {
     for (const auto& [reason, count] : summary.failure_reasons) reasons({reason, reason}, count);
   });

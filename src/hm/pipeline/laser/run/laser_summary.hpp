@@ -104,7 +104,9 @@ struct LaserSummary {
   std::size_t scans_found = 0;     ///< of these, with a pose from there, as matching gave none
   std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
   std::size_t scans_unconfirmed = 0;  ///< with a pose that no match and no search confirmed
-  std::size_t scans_dropped = 0;      ///< live: came too fast
+  /// Motion along bare walls whose length nothing but an earlier velocity says: in all, and the longest.
+  double guessed_m = 0, longest_guess_m = 0;
+  std::size_t scans_dropped = 0;  ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;  ///< of more than LaserRunOptions::most_records an even thinning
   double run_s = 0, recording_s = 0;
