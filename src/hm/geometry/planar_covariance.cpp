@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 
 Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
@@ -22,7 +24,9 @@ Mat3 turned_covariance(const Mat2& R_a_b, const Mat3& covariance_b) {
 
 /// By the eigenvalues of `a` in units of `b`, as an inverse of `a` would lose the digits of its small ones.
 Mat3 fused_covariance(const Mat3& a, const Mat3& b) {
-  const Mat3 unit = b.llt().matrixL();
+  const Eigen::LLT<Mat3> factor(b);
+  HM_CHECK(factor.info() == Eigen::Success, "a covariance that is not positive definite");
+  const Mat3 unit = factor.matrixL();
   const Mat3 inverse = unit.triangularView<Eigen::Lower>().solve(Mat3::Identity());
   const Eigen::SelfAdjointEigenSolver<Mat3> in_units(inverse * a * inverse.transpose());
   const Vec3 values = in_units.eigenvalues().cwiseMax(0);

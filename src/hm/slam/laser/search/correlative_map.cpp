@@ -23,18 +23,18 @@ std::vector<Vec2> usable_points(std::span<const Vec2> points_m) {
 
 CorrelativeMap::CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params)
     : resolution_m_(params.resolution_m) {
-  HM_CHECK(params.resolution_m > 0 && params.sigma_m > 0 && params.noise_m >= 0 && params.levels >= 1 &&
+  HM_CHECK(params.resolution_m > 0 && params.sigma_m > 0 && params.half_width_m >= 0 && params.levels >= 1 &&
                params.levels < 16,
            "resolution {} m, sigma {} m, {} levels", params.resolution_m, params.sigma_m, params.levels);
   levels_.emplace_back();
   const std::vector<Vec2> usable = usable_points(points_m);
-  if (!usable.empty()) splat(usable, params.sigma_m, params.noise_m);
+  if (!usable.empty()) splat(usable, params.sigma_m, params.half_width_m);
   for (int level = 1; level < params.levels; ++level)
     levels_.push_back(coarser(levels_.back(), 1 << (level - 1)));
 }
 
-void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m, double noise_m) {
-  const int radius = static_cast<int>(std::ceil((kKernelSigmas * sigma_m + noise_m) / resolution_m_));
+void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m, double half_width_m) {
+  const int radius = static_cast<int>(std::ceil((kKernelSigmas * sigma_m + half_width_m) / resolution_m_));
   Vec2 low = points_m.front(), high = low;
   for (const Vec2& point : points_m) low = low.cwiseMin(point), high = high.cwiseMax(point);
   origin_m_ = ((low / resolution_m_).array().floor() - radius).matrix() * resolution_m_;
@@ -47,7 +47,8 @@ void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m, doubl
   const auto factors = [&](double point, double origin, int first, int last) {
     std::vector<double> values;
     for (int i = first; i <= last; ++i) {
-      const double distance_m = std::max(0.0, std::abs(origin + resolution_m_ * (i + 0.5) - point) - noise_m);
+      const double distance_m =
+          std::max(0.0, std::abs(origin + resolution_m_ * (i + 0.5) - point) - half_width_m);
       values.push_back(std::exp(-0.5 * distance_m * distance_m / (sigma_m * sigma_m)));
     }
     return values;

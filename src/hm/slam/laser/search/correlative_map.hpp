@@ -14,13 +14,13 @@ struct CorrelativeMapParams {
   int levels = 7;         ///< of the pyramid; a cell of level h covers 2^h x 2^h cells
   /// Up to this distance along each axis a point is as likely as on the surface: where many scans show a
   /// surface, some point of it is nearer by chance, which must not count.
-  double noise_m = 0;
+  double half_width_m = 0;
 };
 
 /// Likelihood raster for correlative scan matching: exp(-d^2 / 2 sigma^2), scaled to 0 to 255, of the
-/// distance d (less `noise_m` along each axis) from each cell to the nearest map point, and a pyramid of its
-/// maxima as upper bounds (Olson, ICRA 2009, section III; Hess et al., ICRA 2016, section V-B). 0 outside the
-/// raster. Immutable.
+/// distance d (less `half_width_m` along each axis) from each cell to the nearest map point, and a pyramid of
+/// its maxima as upper bounds (Olson, ICRA 2009, section III; Hess et al., ICRA 2016, section V-B). 0 outside
+/// the raster. Immutable.
 class CorrelativeMap {
  public:
   /// Builds the map from points (m), ignoring non-finite ones and those more than 500 m from the first.
@@ -56,7 +56,7 @@ class CorrelativeMap {
     int margin = 0;  // cells beyond the lower left corner of the raster
     std::vector<std::uint8_t> values;
   };
-  void splat(std::span<const Vec2> points_m, double sigma_m, double noise_m);
+  void splat(std::span<const Vec2> points_m, double sigma_m, double half_width_m);
   static Level coarser(const Level& fine, int step);
 
   double resolution_m_;

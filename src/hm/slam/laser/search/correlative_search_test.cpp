@@ -26,19 +26,27 @@ std::vector<Vec2> seen_from(const SE2& T_map_scan, const std::vector<Vec2>& poin
   return points;
 }
 
-TEST(CorrelativeMap, ValueIsTheLikelihoodOfTheNearestPoint) {
+void expect_likelihoods(double half_width_m) {
   Rng rng(1);
   const auto points = random_points(60, 2, rng);
-  const CorrelativeMap map(points, kMap);
+  CorrelativeMapParams params = kMap;
+  params.half_width_m = half_width_m;
+  const CorrelativeMap map(points, params);
   for (int i = 0; i < 3000; ++i) {
     const Eigen::Vector2i cell(static_cast<int>(rng.below(120)) - 10, static_cast<int>(rng.below(120)) - 10);
     const Vec2 centre = map.low_m() + 0.05 * (cell.cast<double>() + Vec2(0.5, 0.5));
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Vec2& point : points) nearest = std::min(nearest, (centre - point).norm());
+    for (const Vec2& point : points)
+      nearest =
+          std::min(nearest, ((centre - point).cwiseAbs().array() - half_width_m).max(0).matrix().norm());
     const double likelihood = 255 * std::exp(-0.5 * std::pow(nearest / 0.06, 2));
     EXPECT_NEAR(map.value(cell.x(), cell.y()), likelihood, 255 * 0.012 + 0.5);  // the kernel ends at 3 sigma
   }
 }
+
+TEST(CorrelativeMap, ValueIsTheLikelihoodOfTheNearestPoint) { expect_likelihoods(0); }
+
+TEST(CorrelativeMap, PointsOfAWidthAreAllAsLikely) { expect_likelihoods(0.07); }
 
 TEST(CorrelativeMap, PyramidIsTheMaximumOfItsSquares) {
   Rng rng(2);
