@@ -45,8 +45,9 @@ constexpr double kAlong = 0.9;
 /// times the time squared, within these. Stamps may say more time than it was: those of scans that waited in
 /// a queue.
 constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastAlong_m = 0.02, kMostAlong_m = 0.1;
-/// A search tells where the vehicle is along walls up to this deviation.
-constexpr double kMostTold_m = 0.1;
+/// A search shows where the vehicle is along walls up to this deviation; by a larger one it is not moved, as
+/// the velocity would follow what noise there is in the scores.
+constexpr double kMostObserved_m = 0.1;
 /// Few pairs may shift a match so far along walls, and the last scans must undo half of a larger shift.
 constexpr double kWeakShift_m = 0.02, kMostOfWeakShift = 0.5;
 /// Share of its points that a match must pair for wheels to confirm it.
@@ -68,6 +69,8 @@ void ScanOdometry::start(const SE2& T_odom_base) {
   failures_ = 0;
   velocity_.reset(T_odom_base_);
   unmatched_s_ = spacing_s_ = 0;
+  along_variance_m2_ = observed_speed_m_s_ = 0;
+  along_observed_ = false;
 }
 
 OdometryStep ScanOdometry::begin(const PlanarScan& scan) {
@@ -255,6 +258,7 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
   if (!prediction.find) return lose(scan, step);
   step.searched = true;
   const auto found = prediction.find(scan, predicted());
+  if (found) step.guessed_m = 0, step.length_observed = true;
   if (!prediction.find_first && !(found && found->sure) && match_as_wheels(scan, step)) return track(step);
   if (found) {
     match_from({found->T_odom_base});
@@ -290,7 +294,9 @@ void ScanOdometry::move_along_walls(const PlanarScan& scan, const MotionPredicti
                         along.directions[0].head<2>().norm() >= kAlong;
   if (may_move && is_free) return move_freely(scan, prediction, along.directions[0].head<2>(), step);
   along_variance_m2_ = 0;
-  along_told_ = true;
+  const bool is_held = fits(step.match) && step.match.free.count == 0;
+  along_observed_ = is_held || prediction.T_last_now || prediction.velocity_base;
+  step.length_observed = along_observed_ || step.match.free.count == 0;
   if (may_move && prediction.find_along && velocity_.is_due(unmatched_s_))
     undo_weak_shift(scan, prediction, along.directions[0].head<2>(), step);
 }
@@ -306,12 +312,13 @@ void ScanOdometry::move_freely(const PlanarScan& scan, const MotionPrediction& p
     std::optional<FoundShift> found;
     if (prediction.find_along)
       found = prediction.find_along(scan, matched_pose(step.match), direction_odom, sigma_m);
-    if (found && !shift_match(scan, found->shift_m * direction_odom, 0, step)) found.reset();
-    if (found) variance_m2 /= 1 + variance_m2 / (found->sigma_m * found->sigma_m);
-    along_told_ = found && found->sigma_m <= kMostTold_m;
+    along_observed_ = found && found->sigma_m <= kMostObserved_m &&
+                      shift_match(scan, found->shift_m * direction_odom, 0, step);
+    if (along_observed_) variance_m2 /= 1 + variance_m2 / (found->sigma_m * found->sigma_m);
     along_variance_m2_ = variance_m2;
   }
-  if (!along_told_) step.guessed_m = told_speed_m_s_ * unmatched_s_;
+  step.length_observed = along_observed_;
+  if (!along_observed_) step.guessed_m = observed_speed_m_s_ * unmatched_s_;
   if (!prediction.find_along) return;
   Mat3 elsewhere = kFreeDirectionVariance_m2 * Mat3::Identity();
   elsewhere.topLeftCorner<2, 2>() +=
@@ -330,7 +337,7 @@ void ScanOdometry::undo_weak_shift(const PlanarScan& scan, const MotionPredictio
   if (std::abs(moved_m) < kWeakShift_m) return;
   const SE2 T_odom_before(T_odom_base.translation() - moved_m * direction_odom, T_odom_base.angle());
   const auto found = prediction.find_along(scan, T_odom_before, direction_odom, along_sigma_m());
-  if (!found || found->sigma_m > kMostTold_m ||
+  if (!found || found->sigma_m > kMostObserved_m ||
       std::abs(found->shift_m) > kMostOfWeakShift * std::abs(moved_m))
     return;
   Mat3 covariance = step.match.covariance;
@@ -431,7 +438,7 @@ void ScanOdometry::track(OdometryStep& step) {
   conclude(*step.T_odom_base);
   step.covariance =
       compose_covariance(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
-  if (along_told_) told_speed_m_s_ = velocity_.velocity().head<2>().norm();
+  if (along_observed_) observed_speed_m_s_ = velocity_.velocity().head<2>().norm();
   if (!wants_keyframe(step.match)) {
     if (params_.reference_scans > 1) matcher_.improve_reference(params_.reference_scans);
     return;
@@ -463,6 +470,7 @@ bool ScanOdometry::wants_keyframe(const ScanMatch& match) const {
 /// continues from the predicted pose.
 void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   step.status = OdometryStatus::kMatchFailed;
+  step.guessed_m = 0;
   if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs))
     return;
   T_odom_base_ = step.T_odom_base_predicted;

@@ -107,17 +107,18 @@ struct MotionPrediction {
   PoseFinder find = {};
   PoseJudge confirms = {};  ///< judges matches; needs `find`
   bool find_first = false;
-  /// Called where matching leaves a direction free along which nothing but the estimator's own velocity
-  /// predicts the motion.
+  /// Called where few pairs or none hold the motion along walls and nothing but the estimator's own velocity
+  /// predicts it.
   ShiftFinder find_along = {};
 };
 
 enum class OdometryStatus {
   kFirstScan,  ///< the frame `odom` begins here
   kTracking,
-  kFound,          ///< found by MotionPrediction::find instead of matching; the scan becomes the reference
-  kMatchFailed,    ///< see match.status; the reference is kept
-  kRestarted,      ///< after max_failures failures: the scan becomes the reference, at the predicted pose
+  kFound,        ///< found by MotionPrediction::find instead of matching, or predicted where nothing confirms
+                 ///< a match; the scan becomes the reference
+  kMatchFailed,  ///< see match.status; the reference is kept
+  kRestarted,    ///< after max_failures failures: the scan becomes the reference, at the predicted pose
   kTimeBackwards,  ///< the stamp is not later than the last one; ignored
   kTooFewPoints,   ///< first scan unusable as a reference; ignored
 };
@@ -138,11 +139,13 @@ struct OdometryStep {
   std::size_t keyframe = 0;   ///< index of its reference
   bool searched = false;      ///< MotionPrediction::find was called
   /// False where neither the last scans nor the reference confirm the pose (kTracking with a match that may
-  /// be wrong, kFound with the motion that odometry gave), and for kRestarted.
+  /// be wrong, kFound with the motion that wheels or the velocity gave), and for kRestarted.
   bool confirmed = true;
   /// Motion along walls since the last posed scan of which nothing but an earlier velocity says how long it
   /// is: that velocity times the time.
   double guessed_m = 0;
+  /// False where neither the match, nor a search or wheels show the motion along walls.
+  bool length_observed = true;
   /// Covariance of (x, y, angle) of the motion since the last posed scan as wheels say, x and y along the
   /// axes of `odom`; nothing where they do not predict all of it, or the pose contradicts them.
   std::optional<Mat3> wheel_covariance;
@@ -222,11 +225,11 @@ class ScanOdometry {
   Mat3 since_keyframe_ = Mat3::Zero(), last_match_ = Mat3::Zero();
   double unmatched_s_ = 0;  // since T_odom_base_ was matched
   double spacing_s_ = 0;    // between scans, running mean
-  // Of the free motion along walls: its variance since the keyframe, whether the last search told it, and the
-  // speed when it was last told.
+  // Of the motion along walls: its variance since the keyframe where it is free, whether it was observed, and
+  // the speed when it was last observed.
   double along_variance_m2_ = 0;
-  bool along_told_ = false;
-  double told_speed_m_s_ = 0;
+  bool along_observed_ = false;
+  double observed_speed_m_s_ = 0;
   std::size_t keyframes_ = 0;
   int failures_ = 0;
 };

@@ -219,9 +219,9 @@ TEST(ScanOdometryFinder, FewPairsDoNotStopAVehicleAgainstTheLastScans) {
   EXPECT_LT(driven_in_corridor_m(-kStep_m), kDriven_m - 0.5);
 }
 
-/// Where neither matching nor the search tells how far the vehicle went, the step says so; with wheels, and
-/// where the search tells it, nothing is guessed.
-TEST(ScanOdometryFinder, MotionThatNothingTellsIsCounted) {
+/// Where neither matching nor the search shows how far the vehicle went, the step says so; with wheels, and
+/// where the search shows it, nothing is guessed.
+TEST(ScanOdometryFinder, UnobservedMotionIsCounted) {
   struct Case {
     std::optional<double> sigma_m;  // of the search
     bool wheels;
@@ -246,7 +246,9 @@ TEST(ScanOdometryFinder, MotionThatNothingTellsIsCounted) {
       PlanarScan scan = planar_scan_of_world(world, SE2(i * kStep_m, 0, 0), {541, 4.7, 10, 0.01}, rng);
       scan.stamp = Time::from_seconds(100 + kStep_s * i);
       if (wheels && i > 0) prediction.T_last_now = SE2(kStep_m, 0, 0);
-      sum_m += odometry.process(scan, prediction).guessed_m;
+      const OdometryStep step = odometry.process(scan, prediction);
+      sum_m += step.guessed_m;
+      EXPECT_EQ(step.length_observed, i < 10 || guessed_m == 0) << i;
     }
     EXPECT_NEAR(sum_m, guessed_m, 0.02) << sigma_m.value_or(-1) << " " << wheels;
   }

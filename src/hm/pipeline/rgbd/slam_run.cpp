@@ -201,6 +201,7 @@ void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
     v({"depth_disparity_offset_1_m", {}, "{:.4f} 1/m"}, report.disparity.offset_1_m);
     v({"depth_disparity_offset_sigma_1_m", {}, "{:.4f} 1/m"}, report.disparity.sigma_1_m);
     v({"depth_disparity_cost_ratio"}, report.disparity.cost_ratio);
+    v({"depth_disparity_observed"}, report.disparity.is_observed);
   }
   const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
     if (report.adjusted)

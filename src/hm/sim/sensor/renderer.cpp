@@ -87,6 +87,7 @@ struct Renderer::Impl {
   std::vector<Plane> planes;           ///< of every triangle
   std::vector<std::uint16_t> part_of;  ///< of every triangle
   std::vector<Reflectance> returns;    ///< of every part
+  EmbreeReason reason{};               ///< of the last error; the device points to it
   EmbreeOwner<RTCDevice> device;
   EmbreeOwner<RTCScene> scene;
 
@@ -110,7 +111,6 @@ struct Renderer::Impl {
   void build_scene() {
     // A number of threads here would be a limit of TBB for the whole process while the device lives.
     device.reset(rtcNewDevice(nullptr));
-    EmbreeReason reason{};
     check_embree(device.get(), reason);
     rtcSetDeviceErrorFunction(device.get(), keep_reason, &reason);
     scene.reset(rtcNewScene(device.get()));

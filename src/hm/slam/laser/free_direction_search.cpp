@@ -12,7 +12,7 @@ constexpr CorrelativeMapParams kWallRaster{0.05, 0.04, 1, 0.02};
 /// Points of neighbouring beams are of one wall up to this distance: in the scan, and in keyframes.
 constexpr double kScanSpacing_m = 0.25, kKeyframeSpacing_m = 0.5;
 constexpr std::size_t kMinWallPoints = 40;
-/// Points that are scored are this many, evenly taken: a finer laser shows the same walls.
+/// At most so many points are scored, evenly taken: a finer laser shows the same walls.
 constexpr std::size_t kMostPoints = 360;
 constexpr int kSteps = 55;
 constexpr double kStep_m = 0.01;
@@ -39,11 +39,10 @@ void for_each_wall(const PlanarScan& scan, double max_spacing_m, Take&& take) {
 std::vector<Vec2> points_on_walls(const PlanarScan& scan) {
   std::vector<Vec2> points_m;
   for_each_wall(scan, kScanSpacing_m, [&](const Vec2&, const Vec2& to) { points_m.push_back(to); });
-  const std::size_t stride = (points_m.size() + kMostPoints - 1) / kMostPoints;
-  if (stride < 2) return points_m;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < points_m.size(); i += stride) points_m[kept++] = points_m[i];
-  points_m.resize(kept);
+  if (const std::size_t all = points_m.size(); all > kMostPoints) {
+    for (std::size_t i = 0; i < kMostPoints; ++i) points_m[i] = points_m[i * all / kMostPoints];
+    points_m.resize(kMostPoints);
+  }
   return points_m;
 }
 

@@ -180,6 +180,7 @@ DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, co
   std::vector<MovingPair> moving(pairs.begin(), pairs.end());
   DisparityOffset found;
   double offset_1_m = 0, first_cost = 0;
+  bool converged = false;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const Opinions opinions = opinions_of(moving, offset_1_m, kPriorInformation, noise);
     if (iteration == 0) first_cost = opinions.cost;
@@ -188,14 +189,15 @@ DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, co
     found.sigma_1_m = opinions.sigma_1_m(kPriorInformation);
     found.cost_ratio = first_cost > 0 ? opinions.cost / first_cost : 1;
     offset_1_m += step_1_m;
-    if (std::abs(step_1_m) < kConverged_1_m) break;
+    converged = std::abs(step_1_m) < kConverged_1_m;
+    if (converged) break;
   }
-  found.is_observed = found.sigma_1_m < kUnobservedRatio * DisparityOffset::kPriorSigma_1_m &&
+  found.is_observed = converged && found.sigma_1_m < kUnobservedRatio * DisparityOffset::kPriorSigma_1_m &&
                       found.cost_ratio < kWorse_ratio;
   if (found.is_observed)
     found.offset_1_m = offset_1_m;
   else
-    found.sigma_1_m = DisparityOffset::kPriorSigma_1_m;
+    found.sigma_1_m = DisparityOffset::kPriorSigma_1_m, found.cost_ratio = 1;
   return found;
 }
 

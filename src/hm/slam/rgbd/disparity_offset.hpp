@@ -18,8 +18,8 @@ struct DisparityOffset {
   double offset_1_m = 0;
   double sigma_1_m = kPriorSigma_1_m;
   std::size_t pairs = 0;  ///< of depth images, compared
-  /// False: the surfaces tell hardly more than the prior, or agree worse with an offset; offset and deviation
-  /// are then the prior's.
+  /// False: the surfaces show hardly more than the prior, agree worse with an offset, or the estimate did not
+  /// converge; offset and deviation are then the prior's, and the costs equal.
   bool is_observed = false;
   /// Mean robust cost (Cauchy) of the distances between the surfaces, with the offset over without, each with
   /// its own motions.

@@ -264,6 +264,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       shared_.handler.refused(Refused::kSilent);
     if (error) return;  // gone, or silent for too long
     const Request& request = parser_->get();
+    head_only_ = request.method() == http::verb::head;
     if (asks_too_often())
       return refuse(429, fmt::format("more than {} requests a second: try again in a second",
                                      shared_.limits.requests_per_s));
@@ -274,7 +275,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       if (parser_->content_length().value_or(1) != 0) return refuse(400, "a request has no body here");
     }
     keep_alive_ = request.keep_alive();
-    head_only_ = request.method() == http::verb::head;
     if (websocket::is_upgrade(request)) return open();
     shared_.handler.respond(to_web_request(request), later());
   }

@@ -68,14 +68,23 @@ void judge_turns(const LaserRecording& recording, const LaserSummary& summary, R
                           *ratio));
 }
 
-/// Between bare walls, without wheels: the velocity before errs by a tenth or more.
-void judge_guesses(const LaserSummary& summary, RunVerdict& verdict) {
-  constexpr double kLongest_m = 5;
+/// Between bare walls, without wheels, the length is extrapolated from the velocity, which errs by a tenth or
+/// more: by half a metre after 5 m. One that begins there has no velocity at all. A saved map shows the
+/// place.
+void judge_lengths(const LaserSummary& summary, RunVerdict& verdict) {
+  constexpr double kLongest_m = 5, kMostUnobserved = 0.5;
+  if (summary.map_frame.localisation) return;
+  const double unobserved_ratio = static_cast<double>(summary.scans_length_unobserved) /
+                                  static_cast<double>(std::max<std::size_t>(1, summary.scans_matched));
   if (summary.longest_guess_m > kLongest_m)
     verdict.add(MapVerdict::kDoubtful,
-                fmt::format("along {:.0f} m between bare walls nothing but the velocity before says how far "
-                            "the vehicle went ({:.0f} m in all)",
+                fmt::format("the length of {:.0f} m between bare walls is extrapolated from the velocity "
+                            "({:.0f} m in all)",
                             summary.longest_guess_m, summary.guessed_m));
+  else if (unobserved_ratio > kMostUnobserved)
+    verdict.add(MapVerdict::kDoubtful, fmt::format("{:.0f} % of the scans show nothing of the motion along "
+                                                   "walls, and no odometry does",
+                                                   100 * unobserved_ratio));
 }
 
 void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
@@ -145,7 +154,7 @@ RunVerdict judge_laser_run(const LaserRecording& recording, const LaserSummary& 
     judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kLaserVisitLimits,
                  "scans", verdict);
   judge_failures(summary, verdict);
-  judge_guesses(summary, verdict);
+  judge_lengths(summary, verdict);
   judge_turns(recording, summary, verdict);
   return verdict;
 }

@@ -62,8 +62,16 @@ TEST(JudgeLaserRun, DoubtsALengthThatWasGuessed) {
   const RunVerdict verdict = judge_laser_run({}, summary, {}, {});
   EXPECT_EQ(verdict.value, MapVerdict::kDoubtful);
   ASSERT_EQ(verdict.reasons.size(), 1U);
-  EXPECT_NE(verdict.reasons[0].find("along 12 m between bare walls"), std::string::npos)
+  EXPECT_NE(verdict.reasons[0].find("the length of 12 m between bare walls"), std::string::npos)
       << verdict.reasons[0];
+}
+
+TEST(JudgeLaserRun, DoubtsARunWhoseScansShowNoMotionAlongWalls) {
+  LaserSummary summary;
+  summary.scans_matched = 100, summary.scans_length_unobserved = 40;
+  EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kOk);
+  summary.scans_length_unobserved = 60;
+  EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kDoubtful);
 }
 
 }  // namespace

@@ -33,13 +33,14 @@ struct LaserChoiceInput {
   const LaserPipeline& pipeline;
 };
 
-std::string prediction_text(const LaserRecording& recording, const LaserParameters& params) {
+std::string prediction_text(const LaserRecording& recording, const LaserParameters& params, bool uses_imu) {
   const LaserRunParams& run = params.run;
   if (recording.odometry.empty() || !run.use_odometry)
-    return run.search_motion ? "no odometry: motion is predicted from the velocity of the last scans; along "
-                               "walls that say nothing about it, and after a gap or a failed match, the last "
-                               "keyframes are searched"
-                             : "no odometry: motion is predicted from the velocity of the last scans";
+    return std::string("no odometry: motion is predicted from the velocity of the last scans") +
+           (!run.search_motion ? ""
+            : uses_imu         ? "; after a gap or a failed match, the last keyframes are searched"
+                       : "; along walls that show nothing of it, and after a gap or a failed match, the "
+                         "last keyframes are searched");
   if (!run.degraded_odometry)
     return "motion is predicted from the recording's odometry" +
            (recording.odometry_source.empty() ? "" : ", " + recording.odometry_source);
@@ -95,7 +96,7 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
   choices.emplace_back(!recording.imu.empty() && params.run.use_imu
                            ? "IMU used for attitude, yaw between scans and fusion"
                            : "no IMU: the vehicle is assumed to be level");
-  choices.push_back(prediction_text(recording, params));
+  choices.push_back(prediction_text(recording, params, !recording.imu.empty() && params.run.use_imu));
   if (!input.pipeline.measures_height())
     choices.emplace_back("no mirror or range sensor that looks down: the height is not measured");
   choices.push_back(map_frame_text(input.pipeline, input.options));
@@ -146,6 +147,7 @@ class Run {
   void note(LaserScanRecord record);
   void show_progress() const;
   void describe();
+  void count_guess(const LaserStep& step);
   void count();
   [[nodiscard]] Result<std::optional<MultiVolumeGrid>> correct();
   [[nodiscard]] Result<void> cut_into_pieces();
@@ -160,8 +162,10 @@ class Run {
   EvenlyThinned<LaserScanRecord> records_;
   LaserScanCounts counts_;
   LaserTables tables_;
-  MappedScanFile mapped_;             ///< where `map` is not `odom`
-  double guess_m_ = 0;                ///< motion guessed since it was last told
+  MappedScanFile mapped_;  ///< where `map` is not `odom`
+  double guess_m_ = 0,
+         observed_m_ = 0;  ///< motion guessed at this stretch, and observed since the last of it
+  std::optional<Vec3> last_place_;
   std::vector<Time> breaks_;          ///< stamps of poses that nothing joins with the one before
   std::optional<LaserRunView> view_;  ///< of somebody who watches
   RunningSummary scan_ms_, match_ms_, insert_ms_;
@@ -246,9 +250,7 @@ void Run::note(LaserScanRecord record) {
   } else {
     if (step.matched_scan) ++summary_.scans_matched;
     if (step.matched_scan && !step.odometry.confirmed) breaks_.push_back(step.stamp);
-    summary_.guessed_m += step.odometry.guessed_m;
-    guess_m_ = step.odometry.guessed_m > 0 ? guess_m_ + step.odometry.guessed_m : 0;
-    summary_.longest_guess_m = std::max(summary_.longest_guess_m, guess_m_);
+    count_guess(step);
     insert_ms_.add(step.insert_ms);
     insert_sum_ms_ += step.insert_ms;
     summary_.beams += step.beams.returns + step.beams.no_returns;
@@ -259,6 +261,19 @@ void Run::note(LaserScanRecord record) {
   counts_.add(record);
   record.step.sweep = {};
   records_.push_back(std::move(record));
+}
+
+/// A stretch of motion that was guessed ends when a metre of it was observed.
+void Run::count_guess(const LaserStep& step) {
+  constexpr double kEnd_m = 1;
+  if (step.matched_scan && !step.odometry.length_observed) ++summary_.scans_length_unobserved;
+  const double guess_m = step.odometry.guessed_m;
+  const double moved_m = last_place_ ? (step.T_odom_base->translation() - *last_place_).norm() : 0;
+  last_place_ = step.T_odom_base->translation();
+  observed_m_ = guess_m > 0 ? 0 : observed_m_ + moved_m;
+  guess_m_ = observed_m_ > kEnd_m ? 0 : guess_m_ + guess_m;
+  summary_.guessed_m += guess_m;
+  summary_.longest_guess_m = std::max(summary_.longest_guess_m, guess_m_);
 }
 
 void Run::count() {

@@ -212,6 +212,7 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
     scans({"found"}, summary.scans_found);
     scans({"unconfirmed"}, summary.scans_unconfirmed);
     scans({"restarts"}, summary.restarts);
+    scans({"length_unobserved"}, summary.scans_length_unobserved);
   });
   v({"guessed_m", "motion along bare walls that was guessed", "{:.1f} m"}, summary.guessed_m);
   v({"longest_guess_m", "the longest of it", "{:.1f} m"}, summary.longest_guess_m);

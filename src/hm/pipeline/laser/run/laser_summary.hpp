@@ -106,7 +106,8 @@ struct LaserSummary {
   std::size_t scans_unconfirmed = 0;  ///< with a pose that no match and no search confirmed
   /// Motion along bare walls whose length nothing but an earlier velocity says: in all, and the longest.
   double guessed_m = 0, longest_guess_m = 0;
-  std::size_t scans_dropped = 0;  ///< live: came too fast
+  std::size_t scans_length_unobserved = 0;  ///< that show nothing of the motion along walls, without wheels
+  std::size_t scans_dropped = 0;            ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;  ///< of more than LaserRunOptions::most_records an even thinning
   double run_s = 0, recording_s = 0;
