@@ -13,16 +13,17 @@ namespace {
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr double kReadingShare = 0.03;  // readings of one surface are correlated, as in relative factors
+constexpr double kOffsetReadingShare =
+    0.03;  // readings of one surface are correlated, as in relative factors
 // Motions are nearly free: with 0.02 m and 0.01 rad, poses of odometry hold the offset near zero (0.011 found
 // of 0.020 in a simulated room, 0.018 with these).
-constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05;
+constexpr double kPairSigma_m = 0.1, kPairSigma_rad = 0.05;
 constexpr int kMostIterations = 5, kMotionSteps = 4;
 constexpr double kConverged_1_m = 1e-4, kMaxMotionStep = 0.3;  // metres and radians
 constexpr double kCauchySigmas = 2, kGateSigmas = 4;
 constexpr double kWideGate_m = 0.03, kGate_m = 0.01;  // of the association, besides the noise
-constexpr std::size_t kLeastPoints = 100;
-constexpr double kLeastFoundRatio = 0.3;
+constexpr std::size_t kLeastPairedPoints = 100;
+constexpr double kLeastPairedRatio = 0.3;
 /// Error that all pairs share, as by a distortion over the image: different pairs of keyframes of a real
 /// recording disagree by about this.
 constexpr double kSharedSigma_1_m = 0.003;
@@ -59,7 +60,7 @@ PairEquations equations_of(const SurfacePair& pair, double offset_1_m, const Dep
     const double sigma_m = seen ? std::sqrt(seen->variance_m2) : 0;
     if (!seen || std::abs(seen->distance_m) > kGateSigmas * sigma_m + gate_m) continue;
     const double normalised = seen->distance_m / (kCauchySigmas * sigma_m);
-    const double weight = kReadingShare / ((1 + normalised * normalised) * seen->variance_m2);
+    const double weight = kOffsetReadingShare / ((1 + normalised * normalised) * seen->variance_m2);
     sums.information += weight * seen->jacobian * seen->jacobian.transpose();
     sums.gradient += weight * seen->distance_m * seen->jacobian;
     sums.cost += std::log1p(normalised * normalised);
@@ -77,8 +78,8 @@ struct PairOpinion {
 class MovingPair {
  public:
   explicit MovingPair(const SurfacePair& pair) : pair_(pair), guess_(pair.T_grid_element) {
-    prior_ << Vec3::Constant(1 / (kMotionSigma_m * kMotionSigma_m)),
-        Vec3::Constant(1 / (kMotionSigma_rad * kMotionSigma_rad));
+    prior_ << Vec3::Constant(1 / (kPairSigma_m * kPairSigma_m)),
+        Vec3::Constant(1 / (kPairSigma_rad * kPairSigma_rad));
   }
   [[nodiscard]] std::uint32_t group() const { return pair_.group; }
 
@@ -97,8 +98,8 @@ class MovingPair {
       pair_.T_grid_element = SE3::exp(move) * pair_.T_grid_element;
       is_near_ |= step + 2 == kMotionSteps;
     }
-    if (equations.terms < kLeastPoints ||
-        static_cast<double>(equations.terms) < kLeastFoundRatio * static_cast<double>(pair_.elements.size()))
+    if (equations.terms < kLeastPairedPoints ||
+        static_cast<double>(equations.terms) < kLeastPairedRatio * static_cast<double>(pair_.elements.size()))
       return std::nullopt;
     const Mat6 information = equations.information.topLeftCorner<6, 6>();
     const Vec6 cross = equations.information.topRightCorner<6, 1>();
