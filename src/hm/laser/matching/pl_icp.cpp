@@ -96,7 +96,7 @@ double PlIcp::State::trimming_floor_m(Start start, int iteration) const {
 
 /// Directions that less than this share of the pairs constrains, or no more of them than noise would.
 FreeDirections PlIcp::State::free_directions(double information_ratio) const {
-  const FreeDirections uncertain = find_free_directions(sums, Mat3::Zero(), {kFirmShare, 0});
+  const FreeDirections uncertain = weakly_held();
   if (uncertain.count == 0) return uncertain;
   const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
   return find_free_directions(sums, of_noise, {information_ratio, params.information_over_noise});

@@ -328,7 +328,7 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
         along.clear();
       }
       search.add(scan, *step.odometry.T_odom_base);
-      along.add(scan, *step.odometry.T_odom_base);
+      if (!uses_imu) along.add(scan, *step.odometry.T_odom_base);
     }
   }
   step.match_ms = watch.milliseconds();

@@ -13,8 +13,7 @@ namespace {
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr double kOffsetReadingShare =
-    0.03;  // readings of one surface are correlated, as in relative factors
+constexpr double kOffsetReadingShare = 0.03;  // readings of a surface are correlated
 // Motions are nearly free: with 0.02 m and 0.01 rad, poses of odometry hold the offset near zero (0.011 found
 // of 0.020 in a simulated room, 0.018 with these).
 constexpr double kPairSigma_m = 0.1, kPairSigma_rad = 0.05;

@@ -16,24 +16,10 @@ struct View {
   std::vector<SurfaceElement> elements;
 };
 
-/// A room of this half size from inside, with a Kinect's noise: 1 / depth = scale / reading + offset_1_m.
-View view_in(const Vec3& half_size_m, const SE3& T_world_depth, double scale, double offset_1_m, Rng& rng) {
-  const PinholeCamera camera = test::landmark_camera();
-  DepthImage depth{Image<std::uint16_t>(camera.width, camera.height), 1.0 / 5000};
-  const Vec3& eye = T_world_depth.translation();
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      const Vec3 ray = T_world_depth.rotation() * camera.unproject(Vec2(x, y), 1.0);
-      double z = 12;
-      for (int axis = 0; axis < 3; ++axis)
-        if (ray[axis] != 0)
-          z = std::min(z, (std::copysign(half_size_m[axis], ray[axis]) - eye[axis]) / ray[axis]);
-      const double reading = scale * z / (1 - offset_1_m * z);
-      depth.units(x, y) = static_cast<std::uint16_t>(
-          std::lround((reading + rng.normal(0, DepthNoise().sigma_m(reading))) / depth.unit_m));
-    }
+View view_in(const Vec3& half_size_m, const SE3& T_world_depth, const test::ReadingError& error, Rng& rng) {
   View view;
-  view.grid = make_depth_grid(depth, camera, {}, 5);
+  view.grid = make_depth_grid(test::depth_in_room(half_size_m, T_world_depth, rng, error),
+                              test::landmark_camera(), {}, 5);
   view.elements = sample_surface(view.grid, {}, 4);
   return view;
 }
@@ -41,13 +27,13 @@ View view_in(const Vec3& half_size_m, const SE3& T_world_depth, double scale, do
 /// A camera that walks through a room and looks into its corners, each time from elsewhere.
 class Walk {
  public:
-  Walk(const Vec3& half_size_m, double scale, double offset_1_m, std::uint64_t seed = 1) {
+  Walk(const Vec3& half_size_m, const test::ReadingError& error, std::uint64_t seed = 1) {
     Rng rng(seed);
     for (int i = 0; i < 16; ++i) {
       const double angle = 0.4 * i;
       const Mat3 R = so3_exp(Vec3(0, angle, 0)) * so3_exp(Vec3(0.35 * std::sin(1.7 * i), 0, 0));
       poses_.emplace_back(R, Vec3(0.7 * std::sin(2.1 * i), 0.3 * std::sin(1.3 * i), 0.7 * std::cos(1.1 * i)));
-      views_.push_back(view_in(half_size_m, poses_.back(), scale, offset_1_m, rng));
+      views_.push_back(view_in(half_size_m, poses_.back(), error, rng));
     }
   }
   /// Motions are `off` by some centimetres, as odometry's are with wrong depth.
@@ -67,7 +53,7 @@ const Vec3 kRoom_m(2.0, 1.3, 1.7);
 const SE3 kOff = SE3::exp((Vec6() << 0.02, -0.01, 0.015, 0.005, 0.004, -0.004).finished());
 
 TEST(DisparityOffset, JacobianAgainstDifferences) {
-  const Walk walk(kRoom_m, 1, 0.01);
+  const Walk walk(kRoom_m, {1, 0.01});
   constexpr double kStep = 1e-6;
   std::size_t compared = 0;
   SurfacePair pair = walk.pairs(kOff)[3];
@@ -98,7 +84,7 @@ TEST(DisparityOffset, JacobianAgainstDifferences) {
 
 TEST(DisparityOffset, RecoversKnownOffsets) {
   for (const double truth : {-0.02, 0.0, 0.01, 0.02}) {
-    const Walk walk(kRoom_m, 1, truth);
+    const Walk walk(kRoom_m, {1, truth});
     const DisparityOffset found = estimate_disparity_offset(walk.pairs(kOff), {});
     EXPECT_TRUE(found.is_observed);
     EXPECT_GE(found.pairs, 8U);
@@ -110,7 +96,7 @@ TEST(DisparityOffset, RecoversKnownOffsets) {
 
 /// A camera whose depths are all too small: the scale of the room, which nothing contradicts.
 TEST(DisparityOffset, IsNotMisledByTheScaleOfDepth) {
-  const DisparityOffset found = estimate_disparity_offset(Walk(kRoom_m, 0.96, 0).pairs(), {});
+  const DisparityOffset found = estimate_disparity_offset(Walk(kRoom_m, {0.96, 0}).pairs(), {});
   EXPECT_TRUE(found.is_observed);
   EXPECT_NEAR(found.offset_1_m, 0, 0.005);
   EXPECT_FALSE(found.is_worth_a_calibration());
@@ -120,7 +106,7 @@ TEST(DisparityOffset, IsNotMisledByTheScaleOfDepth) {
 TEST(DisparityOffset, NoiseDoesNotPullIt) {
   double sum = 0;
   for (const std::uint64_t seed : {2, 3, 4})
-    sum += estimate_disparity_offset(Walk(2 * kRoom_m, 1, 0, seed).pairs(), {}).offset_1_m;
+    sum += estimate_disparity_offset(Walk(2 * kRoom_m, {}, seed).pairs(), {}).offset_1_m;
   EXPECT_NEAR(sum / 3, 0, 0.003);
 }
 
@@ -128,8 +114,8 @@ TEST(DisparityOffset, NoiseDoesNotPullIt) {
 TEST(DisparityOffset, ReturnsToItsPriorWhereNothingTells) {
   Rng rng(1);
   const SE3 T_world_depth(Mat3::Identity(), Vec3(0, 0, 0.9));
-  const View one = view_in(Vec3(9, 9, 2.5), T_world_depth, 1, 0.02, rng),
-             other = view_in(Vec3(9, 9, 2.5), T_world_depth, 1, 0.02, rng);
+  const View one = view_in(Vec3(9, 9, 2.5), T_world_depth, {1, 0.02}, rng),
+             other = view_in(Vec3(9, 9, 2.5), T_world_depth, {1, 0.02}, rng);
   const std::vector<SurfacePair> pairs{{one.elements, other.grid, {}, 0}, {other.elements, one.grid, {}, 1}};
   for (const auto& seen : {std::span<const SurfacePair>(), std::span<const SurfacePair>(pairs)}) {
     const DisparityOffset found = estimate_disparity_offset(seen, {});
@@ -140,7 +126,7 @@ TEST(DisparityOffset, ReturnsToItsPriorWhereNothingTells) {
 }
 
 TEST(DisparityOffset, GivesTheSameBitsAgain) {
-  const Walk walk(kRoom_m, 1, 0.01);
+  const Walk walk(kRoom_m, {1, 0.01});
   const DisparityOffset found = estimate_disparity_offset(walk.pairs(kOff), {}),
                         again = estimate_disparity_offset(walk.pairs(kOff), {});
   EXPECT_EQ(found.offset_1_m, again.offset_1_m);

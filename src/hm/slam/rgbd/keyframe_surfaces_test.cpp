@@ -31,31 +31,13 @@ Keyframes keyframes_at(const std::vector<SE3>& T_odom_camera) {
   return keyframes;
 }
 
-/// Depth image of a box-shaped room from inside, with a Kinect's noise.
-DepthImage depth_in(const Vec3& half_size_m, const SE3& T_world_depth, Rng& rng) {
-  const PinholeCamera camera = test::landmark_camera();
-  DepthImage depth{Image<std::uint16_t>(camera.width, camera.height), 1.0 / 5000};
-  const Vec3& eye = T_world_depth.translation();
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      const Vec3 ray = T_world_depth.rotation() * camera.unproject(Vec2(x, y), 1.0);
-      double z = 12;
-      for (int axis = 0; axis < 3; ++axis)
-        if (ray[axis] != 0)
-          z = std::min(z, (std::copysign(half_size_m[axis], ray[axis]) - eye[axis]) / ray[axis]);
-      z += rng.normal(0, DepthNoise().sigma_m(z));
-      depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z / depth.unit_m));
-    }
-  return depth;
-}
-
 /// Depth images at `T_world_camera` of the keyframe's frame_index, and then moved.
 KeyframeDepths depths_in(const Vec3& half_size_m, const std::vector<SE3>& T_world_camera,
                          const SE3& T_camera_depth = {}) {
   const auto read = [=](const Keyframe& keyframe) -> std::optional<KeyframeDepth> {
     Rng rng(keyframe.frame_index + 1);
     const SE3 T_world_depth = T_world_camera[keyframe.frame_index] * T_camera_depth;
-    return KeyframeDepth{depth_in(half_size_m, T_world_depth, rng), T_camera_depth};
+    return KeyframeDepth{test::depth_in_room(half_size_m, T_world_depth, rng), T_camera_depth};
   };
   return {read, {}};
 }

@@ -93,10 +93,10 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
     choices.emplace_back("its scan plane is not horizontal: poses may be wrong");
   if (recording.lasers.size() > 1)
     choices.push_back(fmt::format("{} not used", counted(recording.lasers.size() - 1, "more laser")));
-  choices.emplace_back(!recording.imu.empty() && params.run.use_imu
-                           ? "IMU used for attitude, yaw between scans and fusion"
-                           : "no IMU: the vehicle is assumed to be level");
-  choices.push_back(prediction_text(recording, params, !recording.imu.empty() && params.run.use_imu));
+  const bool uses_imu = !recording.imu.empty() && params.run.use_imu;
+  choices.emplace_back(uses_imu ? "IMU used for attitude, yaw between scans and fusion"
+                                : "no IMU: the vehicle is assumed to be level");
+  choices.push_back(prediction_text(recording, params, uses_imu));
   if (!input.pipeline.measures_height())
     choices.emplace_back("no mirror or range sensor that looks down: the height is not measured");
   choices.push_back(map_frame_text(input.pipeline, input.options));
@@ -163,8 +163,8 @@ class Run {
   LaserScanCounts counts_;
   LaserTables tables_;
   MappedScanFile mapped_;  ///< where `map` is not `odom`
-  double guess_m_ = 0,
-         observed_m_ = 0;  ///< motion guessed at this stretch, and observed since the last of it
+  /// Motion that was guessed at this stretch, and observed since the last of it.
+  double guess_m_ = 0, observed_m_ = 0;
   std::optional<Vec3> last_place_;
   std::vector<Time> breaks_;          ///< stamps of poses that nothing joins with the one before
   std::optional<LaserRunView> view_;  ///< of somebody who watches

@@ -95,6 +95,25 @@ FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng, 
   return features;
 }
 
+DepthImage depth_in_room(const Vec3& half_size_m, const SE3& T_world_depth, Rng& rng,
+                         const ReadingError& error) {
+  const PinholeCamera camera = landmark_camera();
+  DepthImage depth{Image<std::uint16_t>(camera.width, camera.height), 1.0 / 5000};
+  const Vec3& eye = T_world_depth.translation();
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3 ray = T_world_depth.rotation() * camera.unproject(Vec2(x, y), 1.0);
+      double z = 12;
+      for (int axis = 0; axis < 3; ++axis)
+        if (ray[axis] != 0)
+          z = std::min(z, (std::copysign(half_size_m[axis], ray[axis]) - eye[axis]) / ray[axis]);
+      double reading_m = error.scale * z / (1 - error.offset_1_m * z);
+      reading_m += rng.normal(0, DepthNoise().sigma_m(reading_m));
+      depth.units(x, y) = static_cast<std::uint16_t>(std::lround(reading_m / depth.unit_m));
+    }
+  return depth;
+}
+
 KeyframesOfWay walk(const LandmarkWorld& world, const std::vector<SE3>& way, double drift_rad_m, Rng& rng) {
   KeyframesOfWay result;
   SE3 T_odom_camera = way.front();

@@ -5,6 +5,7 @@
 #include "hm/core/rng.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
+#include "hm/odometry/registration/surface_grid.hpp"
 
 namespace hm::test {
 
@@ -44,6 +45,14 @@ struct SeenOptions {
 /// Features observed from a pose, without occlusion.
 FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng,
                const SeenOptions& options = {});
+
+/// Of a depth camera whose readings are wrong: 1 / depth = scale / reading + offset_1_m.
+struct ReadingError {
+  double scale = 1, offset_1_m = 0;
+};
+/// Depth image of a box-shaped room from inside, by landmark_camera() with a Kinect's noise.
+DepthImage depth_in_room(const Vec3& half_size_m, const SE3& T_world_depth, Rng& rng,
+                         const ReadingError& error = {});
 
 /// One keyframe per pose of a path; `T_odom_camera` drifts in yaw by `drift_rad_m` per metre.
 struct KeyframesOfWay {
