@@ -20,7 +20,12 @@ constexpr double kImageSigma_m = 0.002, kImageSigma_rad = 0.001;
 // mean of four pixels, over a window of 5 x 5 cells of 7.6 mm: (0.7 / (7.6 * sqrt(50)))^2 = 0.00017. Noise
 // grows with the square of the depth, the window with the depth. With 0.0005, fast turns over the desk of
 // tum_fr1_rpy (tuning half, 50 frames without colour) slid by 20 cm along it; with this by 9.
-constexpr double kTremble_m2 = 0.0002;
+constexpr double kNormalVariance_m2 = 0.0002;
+constexpr int kComparedNormals = 4;       // every n-th cell in both directions
+constexpr double kSameNormal = 0.87;      // cosine of the angle up to which two normals may be of one surface
+constexpr double kSameSurfaceSigmas = 4;  // and their distance
+constexpr std::size_t kLeastNormals = 30;
+constexpr double kConfirmedSigmas = 2;  // of the sum of both, beyond which it is no chance
 constexpr double kStill = 3e-5, kNearlyStill = 5e-4, kLongestStep = 0.5;  // m and rad
 constexpr double kFittingSigmas = 3, kFitting_m = 0.01;
 
@@ -43,16 +48,18 @@ struct Sums {
   double weight = 0;
 };
 
-Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current, const SE3& T,
-                      const SurfaceMatching& matching, double depth_m) {
+Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current,
+                      std::span<const SurfaceElement> normals, const SE3& T, const SurfaceMatching& matching,
+                      double depth_m) {
   Sums sums;
   const Mat6 of_image = image_covariance();
   for (const ReferenceSurface& reference : references) {
-    PoseEquations equations =
-        surface_equations(*reference.surface, current, reference.T_odom_depth.inverse() * T, matching);
+    const SE3 T_ref_cur = reference.T_odom_depth.inverse() * T;
+    PoseEquations equations = surface_equations(*reference.surface, current, T_ref_cur, matching);
     equations.information *= kCorrelation;
     equations.gradient *= kCorrelation;
-    equations = without_tremble(equations, depth_m);
+    equations =
+        without_normal_noise(equations, compare_normals(*reference.surface, normals, T_ref_cur), depth_m);
     const Mat6 damping = damping_by(equations.information,
                                     covariance_by_adjoint(reference.covariance, T.inverse()) + of_image);
     const Mat6 held = damping * equations.information;
@@ -104,14 +111,49 @@ void judge(std::span<const ReferenceSurface> references, const DepthGrid& curren
 
 }  // namespace
 
-PoseEquations without_tremble(const PoseEquations& equations, double depth_m) {
+NormalComparison compare_normals(const SurfaceGrid& surface, std::span<const SurfaceElement> current,
+                                 const SE3& T_surface_current) {
+  const Mat3 R_current_surface = T_surface_current.rotation().transpose();
+  NormalComparison sums;
+  for (const SurfaceElement& element : current) {
+    const Vec3 p = element.point.cast<double>(), normal = element.normal.cast<double>();
+    const Vec3 p_surface = T_surface_current * p;
+    const SurfaceElement* other = element_of(surface, p_surface);
+    if (!other) continue;
+    const Vec3 other_normal = R_current_surface * other->normal.cast<double>();
+    const double distance = other->normal.cast<double>().dot(p_surface - other->point.cast<double>());
+    const double sigma_m = std::hypot(element.sigma_m, other->sigma_m);
+    if (normal.dot(other_normal) < kSameNormal || std::abs(distance) > kSameSurfaceSigmas * sigma_m) continue;
+    Vec6 by_surface, by_image;
+    by_surface << other_normal, p.cross(other_normal);
+    by_image << normal, p.cross(normal);
+    const double weight = 1 / (sigma_m * sigma_m);
+    sums.by_one += weight * by_surface * by_surface.transpose();
+    const Mat6 by_both = weight * by_surface * by_image.transpose();
+    sums.by_both += 0.5 * (by_both + by_both.transpose());
+    ++sums.normals;
+  }
+  return sums;
+}
+
+PoseEquations without_normal_noise(const PoseEquations& equations, const NormalComparison& normals,
+                                   double depth_m) {
   Vec6 unit;  // rotations as metres at the depth of the scene
   unit << Vec3::Ones(), Vec3::Constant(1 / depth_m);
   const Eigen6 held = symmetric_eigen(Mat6(unit.asDiagonal() * equations.information * unit.asDiagonal()));
-  const double tremble = kTremble_m2 * depth_m * depth_m * held.values[5];
+  const double noise = kNormalVariance_m2 * depth_m * depth_m * held.values[5];
   Vec6 left, share;
   for (int i = 0; i < 6; ++i) {
-    left[i] = std::max(0.0, held.values[i] - tremble);
+    left[i] = std::max(0.0, held.values[i] - noise);
+    if (normals.normals >= kLeastNormals) {
+      const Vec6 direction = unit.asDiagonal() * held.vectors.col(i);
+      const double by_one = direction.dot(normals.by_one * direction);
+      const double by_both = direction.dot(normals.by_both * direction);
+      const double chance =
+          kConfirmedSigmas * (by_one - by_both) / std::sqrt(static_cast<double>(normals.normals));
+      const double confirmed = (by_both - std::max(0.0, chance)) / by_one;
+      left[i] = std::min(left[i], held.values[i] * std::clamp(confirmed, 0.0, 1.0));
+    }
     share[i] = left[i] > 0 ? left[i] / held.values[i] : 0;
   }
   const Vec6 in_metres = unit.cwiseInverse();
@@ -130,12 +172,13 @@ ReferenceRegistration register_to_references(std::span<const ReferenceSurface> r
                                              RegistrationReach reach, const DepthNoise& noise) {
   const Mat6 prior = inverse_of(prediction.covariance);
   const double depth_m = mean_depth_m(current);
+  const std::vector<SurfaceElement> normals = sample_surface(current, noise, kComparedNormals);
   ReferenceRegistration result{prediction.T_odom_camera};
   Sums sums;
   for (const double gate_m : reach == RegistrationReach::kNear ? kNearGates_m : kFarGates_m)
     for (int iteration = 0; iteration < kIterationsPerGate; ++iteration) {
-      sums = compare_with_all(references, current, result.T_odom_depth, {noise, kComparedCells, 4, gate_m},
-                              depth_m);
+      sums = compare_with_all(references, current, normals, result.T_odom_depth,
+                              {noise, kComparedCells, 4, gate_m}, depth_m);
       const Vec6 from_prediction = (prediction.T_odom_camera.inverse() * result.T_odom_depth).log();
       const Vec6 step = -solve_symmetric(sums.information + prior, sums.gradient + prior * from_prediction);
       if (!step.allFinite() || step.norm() > kLongestStep) return {prediction.T_odom_camera};

@@ -36,9 +36,21 @@ ReferenceRegistration register_to_references(std::span<const ReferenceSurface> r
                                              const PoseVelocityFilter::Prediction& prediction,
                                              RegistrationReach reach, const DepthNoise& noise);
 
+/// What the normals of a surface and those of another depth image of it say of the motion between them:
+/// sums of J w J^T, perturbation in the current camera's frame. Errors of the normals of one image are
+/// independent of those of the other, so that they add to the first sum, but not to the second.
+struct NormalComparison {
+  Mat6 by_one = Mat6::Zero();   ///< both J with the normals of the surface
+  Mat6 by_both = Mat6::Zero();  ///< one J with those of the surface, one with those of the image
+  std::size_t normals = 0;
+};
+NormalComparison compare_normals(const SurfaceGrid& surface, std::span<const SurfaceElement> current,
+                                 const SE3& T_surface_current);
+
 /// The part of the normal equations that holds: point-to-plane distances to a perfect plane seem to hold the
-/// directions along it, too, since measured normals tremble. What is not clearly more than that is taken
-/// away.
-PoseEquations without_tremble(const PoseEquations& equations, double depth_m);
+/// directions along it, too, since measured normals err. What both images' normals do not confirm, or what is
+/// not clearly more than the noise of a Kinect, is taken away. `depth_m`: of the scene.
+PoseEquations without_normal_noise(const PoseEquations& equations, const NormalComparison& normals,
+                                   double depth_m);
 
 }  // namespace hm
