@@ -37,15 +37,15 @@ Mat6 damping_by(const Mat6& information, const Mat6& covariance) {
   return loose * inverse_of(information + loose);
 }
 
-struct Sums {
+struct RegistrationSums {
   Mat6 information = Mat6::Zero(), exact_information = Mat6::Zero(), covariance = Mat6::Zero();
   Vec6 gradient = Vec6::Zero();
   double weight = 0;
 };
 
-Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current, const SE3& T,
-                      const SurfaceMatching& matching, double depth_m) {
-  Sums sums;
+RegistrationSums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current,
+                                  const SE3& T, const SurfaceMatching& matching, double depth_m) {
+  RegistrationSums sums;
   const Mat6 of_image = image_covariance();
   for (const ReferenceSurface& reference : references) {
     PoseEquations equations =
@@ -131,7 +131,7 @@ ReferenceRegistration register_to_references(std::span<const ReferenceSurface> r
   const Mat6 prior = inverse_of(prediction.covariance);
   const double depth_m = mean_depth_m(current);
   ReferenceRegistration result{prediction.T_odom_camera};
-  Sums sums;
+  RegistrationSums sums;
   for (const double gate_m : reach == RegistrationReach::kNear ? kNearGates_m : kFarGates_m)
     for (int iteration = 0; iteration < kIterationsPerGate; ++iteration) {
       sums = compare_with_all(references, current, result.T_odom_depth, {noise, kComparedCells, 4, gate_m},
