@@ -56,6 +56,6 @@ endif()
 
 # Headers that nearly every file reads, parsed once; each file still includes what it uses (scripts/check_includes.py
 # sees what these would hide).
-set(hm_precompiled <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory>
-    <optional> <set> <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>
-    <Eigen/Core> <Eigen/Geometry> <fmt/core.h> <tl/expected.hpp>)
+set(hm_precompiled <algorithm> <array> <chrono> <cmath> <cstdint> <deque> <filesystem> <functional> <limits> <map> <memory>
+    <mutex> <optional> <set> <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>
+    <Eigen/Core> <Eigen/Geometry> <fmt/format.h> <tl/expected.hpp>)

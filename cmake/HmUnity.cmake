@@ -1,6 +1,6 @@
 # hm_unity(OUT NAME LINES SOURCES...): with HM_UNITY, sources that include each other's headers anyway are compiled
 # together, a folder's at a time and about LINES lines, so that no unit takes much longer than the others; otherwise
-# OUT is SOURCES. Under sanitizers, which are seldom built, and then as a whole, a room's units are three times as large
+# OUT is SOURCES. Under sanitizers, which are seldom built, and then as a whole, a room's units are five times as large
 # and hold files of several folders: a third less time to compile than by folders. (Not those of tests, whose helpers have
 # the same names in many files.) The files that are made include by the path below the root, so that what the compiler
 # sees does not depend on where the clone lies.
@@ -12,7 +12,7 @@ function(hm_unity OUT NAME LINES)
   set(larger OFF)
   if(HM_SANITIZE AND NOT NAME MATCHES "^test_")
     set(larger ON)
-    math(EXPR LINES "3 * ${LINES}")
+    math(EXPR LINES "5 * ${LINES}")
   endif()
   set(result)
   set(batch)

@@ -1,10 +1,10 @@
-"""Lists the types and functions that a C++ file defines at namespace scope, by qualified name.
+"""Lists what a C++ file defines at namespace scope, by qualified name: the types and functions that other files see, or
+what it keeps to itself: what its unnamed namespaces hold, static functions, constants and variables.
 
-A reader of tokens, not a compiler: it follows braces, skips bodies, comments and preprocessor lines, and leaves out
-what other files cannot see (anonymous namespaces, static functions).
+A reader of tokens, not a compiler: it follows braces, and skips bodies, comments and preprocessor lines.
 """
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 NOISE = re.compile(r"""
     //(?:\\\n|[^\n])* | /\*.*?\*/                       # comments
@@ -13,17 +13,20 @@ NOISE = re.compile(r"""
   | "(?:\\.|[^"\\\n])*" | (?<![0-9A-Fa-f])'(?:\\.|[^'\\\n])+'""", re.X | re.S | re.M)
 TOKEN = re.compile(r"[A-Za-z_]\w*|::|->|&&|\|\||[0-9][\w.']*|[^\s\w]")
 IDENTIFIER = re.compile(r"[A-Za-z_]\w*$")
+QUALIFIED = re.compile(r"[A-Za-z_]\w*(::[A-Za-z_]\w*)*$")
 TYPE_WORDS = ("struct", "class", "union", "enum")
 GTEST_MACROS = ("TEST", "TEST_F", "TEST_P", "TYPED_TEST", "RC_GTEST_PROP")
 BEFORE_TYPE = ("typedef", "static", "inline", "constexpr", "const", "friend")
 CLOSING = {"(": ")", "[": "]", "{": "}"}
+UNNAMED = "(unnamed)"  # stands for an unnamed namespace in a scope
+NO_VARIABLE = ("using", "typedef", "static_assert", "extern", "friend", "namespace", *TYPE_WORDS)  # what these begin
 # What may stand last in the type of an unnamed parameter.
 TYPE_ENDINGS = {"int", "double", "float", "bool", "char", "long", "short", "unsigned", "auto", "const", "void"}
 
 
 @dataclass(frozen=True)
 class Definition:
-    kind: str  # type, alias or function
+    kind: str  # type, alias, function or variable
     name: str  # qualified; of functions with the types of their parameters
     text: str  # what an alias stands for; two that stand for the same may agree
     line: int
@@ -155,11 +158,37 @@ def function_name(words):
         " ".join(["", *qualifiers]) + (f" [{' '.join(template)}]" if template else "")
 
 
+def variable_names(words):
+    """Names of the variables that a declaration (up to its semicolon) defines. One with its arguments in parentheses
+    looks like the declaration of a function: it is a variable if its name is that of a constant."""
+    words = without_prefix(words)
+    if not words or words[0] in NO_VARIABLE or "operator" in words:
+        return []
+    names, before, in_value, i = [], "", False, 0
+    while i < len(words):
+        word, after = words[i], i + 1
+        ends_name = not in_value and QUALIFIED.match(before)
+        if word == "<" and (not in_value or QUALIFIED.match(before)):
+            after = skip_angles(words, i)
+        elif word in CLOSING:
+            after = matching([(each, 0) for each in words], i) + 1
+            if ends_name and (word != "(" or re.match("k[A-Z]", before)):
+                names.append(before)
+            in_value = True
+        elif word in ("=", ","):
+            names += [before] if ends_name else []
+            in_value = word == "="
+        before = before + word if word == "::" or before.endswith("::") else words[after - 1]
+        i = after
+    return names + ([before] if not in_value and len(words) > 1 and QUALIFIED.match(before) else [])
+
+
 class Reader:
     """Follows one file's scopes."""
 
-    def __init__(self, text):
+    def __init__(self, text, unnamed=False):
         self.tokens = tokens_of(text)
+        self.unnamed = unnamed
         self.found = []
 
     def read(self):
@@ -180,6 +209,7 @@ class Reader:
                 at = matching(self.tokens, at) + 1
             elif token == ";":
                 self.read_alias(start, at, scope)
+                self.read_variables(start, at, scope)
                 at = start = at + 1
             elif token == "{":
                 at, ended = self.read_braces(start, at, scope)
@@ -193,13 +223,20 @@ class Reader:
         if words[:1] == ["using"] and words[2:3] == ["="]:
             self.note("alias", scope, words[1], self.tokens[start][1], " ".join(words[3:]))
 
+    def read_variables(self, start, end, scope):
+        if self.unnamed:
+            for name in variable_names([token for token, _ in self.tokens[start:end]]):
+                self.note("variable", [*scope, UNNAMED], name, self.tokens[start][1])
+
     def read_braces(self, start, at, scope):
         """What an opening brace begins: (index to go on at, whether the declaration ends there)."""
         words = [token for token, _ in self.tokens[start:at]]
         line = self.tokens[start][1]
         if "namespace" in words[:2]:
             names = [word for word in words if IDENTIFIER.match(word) and word not in ("namespace", "inline")]
-            return (self.read_scope(at + 1, [*scope, *names]) if names else matching(self.tokens, at) + 1), True
+            if not names and not self.unnamed:
+                return matching(self.tokens, at) + 1, True
+            return self.read_scope(at + 1, [*scope, *(names or [UNNAMED])]), True
         if words[:1] == ["extern"] and words[1:2] == ['"']:
             return self.read_scope(at + 1, scope), True
         after = matching(self.tokens, at) + 1
@@ -215,8 +252,9 @@ class Reader:
             return after, False
         if self.in_initialisers(words):
             return after, False
-        if "static" not in words[:words.index("(")]:
-            self.note("function", scope, name, line)
+        is_static = "static" in words[:words.index("(")]
+        if self.unnamed or not is_static:
+            self.note("function", [*scope, UNNAMED] if is_static else scope, name, line)
         return after, True
 
     @staticmethod
@@ -230,4 +268,12 @@ class Reader:
 
 
 def definitions(text):
+    """What other files see: types, aliases and functions, but none that are static or in unnamed namespaces."""
     return Reader(text).read()
+
+
+def unnamed_definitions(text):
+    """What a source file keeps to itself: what stands in unnamed namespaces (which are left out of the names), static
+    functions, and constants and variables."""
+    found = [definition for definition in Reader(text, unnamed=True).read() if UNNAMED in definition.name.split("::")]
+    return [replace(definition, name=definition.name.replace(UNNAMED + "::", "")) for definition in found]

@@ -1,5 +1,6 @@
 #include "program.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
 #include <sstream>
@@ -12,24 +13,23 @@
 
 namespace {
 
-void add_common_options(CLI::App& command, CommonOptions& options) {
+void add_common_options(Command command, CommonOptions& options) {
   const auto group = "Common options";
   command.add_flag("--json", options.json, "print one JSON object on standard output and nothing else there")
-      ->group(group);
+      .group(group);
   command.add_flag("--quiet", options.quiet, "print nothing but errors (and the object of --json)")
-      ->group(group);
+      .group(group);
   command
       .add_option("--threads", options.threads,
                   "number of threads (default: all; of scan, all but one until its end)")
-      ->check(CLI::Range(1, 256))
-      ->group(group);
-  command.add_option("--params", options.params_file, "read parameters from this TOML file")->group(group);
+      .within(1, 256)
+      .group(group);
+  command.add_option("--params", options.params_file, "read parameters from this TOML file").group(group);
   command
       .add_option("--set", options.assignments,
                   "set one parameter: section.key=value (repeatable; `hm params show` lists them)")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->group(group);
+      .repeatable()
+      .group(group);
 }
 
 struct RegisteredVerb {
@@ -65,27 +65,17 @@ hm::Error not_built(const std::string& words) {
           {}};
 }
 
-CLI::Validator positive_number() {
-  return CLI::Validator(
-      [](std::string& text) {
-        double value = 0;
-        const bool is_right = CLI::detail::lexical_cast(text, value) && value > 0;
-        return is_right ? std::string() : text + " is not a number above 0";
-      },
-      "POSITIVE");
-}
-
-void OutputFlags::add_to(CLI::App& command, const std::string& by_default) {
+void OutputFlags::add_to(Command command, const std::string& by_default) {
   command.add_option("-o,--output", folder_given, "folder for the results (default: " + by_default + ")");
   command.add_flag("--overwrite", overwrite, "replace an existing result in this folder");
 }
 
-void OutputFlags::add_strict_to(CLI::App& command) {
+void OutputFlags::add_strict_to(Command command) {
   command.add_flag("--strict", strict, "fail (exit code 1) unless the verdict of the run is ok");
 }
 
-void OutputFlags::add_resume_to(CLI::App& command, const std::string& help) {
-  command.add_flag("--resume", resume, help)->excludes("--overwrite");
+void OutputFlags::add_resume_to(Command command, const std::string& help) {
+  command.add_flag("--resume", resume, help).excludes("--overwrite");
 }
 
 hm::ExistingResult OutputFlags::existing() const {
@@ -129,13 +119,17 @@ std::filesystem::path OutputFlags::folder(const std::filesystem::path& recording
   return (is_file ? name.stem() : name.filename()).string() + "_" + suffix;
 }
 
-Program::Program() : app_("housemartin: live 3D reconstruction of buildings on an ordinary CPU", "hm") {
-  app_.set_version_flag("--version", std::string("housemartin ") + kVersion);
-  app_.require_subcommand(1);
-  app_.footer(
+Program::Program()
+    : app_(std::make_unique<CLI::App>("housemartin: live 3D reconstruction of buildings on an ordinary CPU",
+                                      "hm")) {
+  app_->set_version_flag("--version", std::string("housemartin ") + kVersion);
+  app_->require_subcommand(1);
+  app_->footer(
       "Start with `hm demo`. `hm VERB --help` shows a verb's options and examples.\n"
       "Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 input data.");
 }
+
+Program::~Program() = default;
 
 void Program::add_registered_verbs() {
   auto verbs = registered_verbs();
@@ -145,21 +139,21 @@ void Program::add_registered_verbs() {
 
 CLI::App& Program::parent_of(const std::string& name) {
   const std::size_t space = name.find(' ');
-  if (space == std::string::npos) return app_;
-  return *app_.get_subcommand(name.substr(0, space));
+  if (space == std::string::npos) return *app_;
+  return *app_->get_subcommand(name.substr(0, space));
 }
 
-CLI::App& Program::add(Verb verb) {
+Command Program::add(Verb verb) {
   const std::string word = verb.name.substr(verb.name.find(' ') + 1);
   CLI::App& command = *parent_of(verb.name).add_subcommand(word, verb.description);
   if (!verb.examples.empty()) command.footer("Examples:\n" + verb.examples);
   if (!verb.body) {  // a word that needs a second one
     command.require_subcommand(1);
-    return command;
+    return Command(command);
   }
-  add_common_options(command, options_);
+  add_common_options(Command(command), options_);
   command.callback([this, verb = std::move(verb)] { chosen_ = verb; });
-  return command;
+  return Command(command);
 }
 
 int Program::run(int argc, char** argv) {
@@ -202,7 +196,7 @@ std::string address_apart(std::span<char* const> words) {
 }  // namespace
 
 int Program::parse_and_run(int argc, char** argv) {
-  if (argc < 2) return write_output(app_.help()) ? 0 : 1;
+  if (argc < 2) return write_output(app_->help()) ? 0 : 1;
   const std::span<char* const> words(argv + 1, static_cast<std::size_t>(argc - 1));
   const bool json =
       std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
@@ -212,7 +206,7 @@ int Program::parse_and_run(int argc, char** argv) {
     return print_result({words[0], 0, json},
                         tl::make_unexpected(hm::Error{hm::ErrorCode::kUsage, apart, {}}));
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return usage_error(error, words, json);
   }
@@ -224,7 +218,7 @@ int Program::parse_and_run(int argc, char** argv) {
 
 std::string Program::absent_verb(std::span<char* const> words) const {
   if (has_all_parts) return {};
-  const CLI::App* command = &app_;
+  const CLI::App* command = app_.get();
   std::string verb;
   for (const std::string_view word : words) {
     const auto known = command->get_subcommands([](const CLI::App*) { return true; });
@@ -239,7 +233,7 @@ std::string Program::absent_verb(std::span<char* const> words) const {
 }
 
 std::string Program::describe_typo(std::span<char* const> words) const {
-  const CLI::App* command = &app_;
+  const CLI::App* command = app_.get();
   for (const std::string_view word : words) {
     const auto known = command->get_subcommands([](const CLI::App*) { return true; });
     if (known.empty() || word.starts_with('-')) break;
@@ -267,11 +261,11 @@ std::string Program::describe_typo(std::span<char* const> words) const {
 int Program::usage_error(const CLI::ParseError& error, std::span<char* const> words, bool json) {
   if (error.get_exit_code() == 0) {  // --help, --version
     std::ostringstream text;
-    app_.exit(error, text, text);
+    app_->exit(error, text, text);
     return write_output(text.str()) ? 0 : 1;
   }
   std::string verb;
-  for (const CLI::App* command = &app_; !command->get_subcommands().empty();) {
+  for (const CLI::App* command = app_.get(); !command->get_subcommands().empty();) {
     command = command->get_subcommands().front();
     verb += (verb.empty() ? "" : " ") + command->get_name();
   }

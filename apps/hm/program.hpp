@@ -1,13 +1,14 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "hm/core/json_value.hpp"
 #include "hm/core/params.hpp"
 #include "hm/core/result.hpp"
@@ -15,6 +16,10 @@
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/verdict/run_verdict.hpp"
+
+namespace CLI {
+class ParseError;
+}
 
 /// The options that every verb has.
 struct CommonOptions {
@@ -24,9 +29,6 @@ struct CommonOptions {
   std::string params_file;
   std::vector<std::string> assignments;  ///< section.key=value
 };
-
-/// A flag's number above 0; the message is as short.
-CLI::Validator positive_number();
 
 /// Result of a verb that worked: lines for people, keys for machines.
 struct Outcome {
@@ -59,11 +61,11 @@ struct OutputFlags {
   bool overwrite = false, resume = false, strict = false;
 
   /// Adds -o and --overwrite; `by_default` says in the help which folder is taken without -o.
-  void add_to(CLI::App& command, const std::string& by_default);
+  void add_to(Command command, const std::string& by_default);
   /// Adds --strict.
-  void add_strict_to(CLI::App& command);
+  void add_strict_to(Command command);
   /// Adds --resume, with these words.
-  void add_resume_to(CLI::App& command, const std::string& help);
+  void add_resume_to(Command command, const std::string& help);
   /// The folder that was asked for; otherwise NAME_suffix in the current folder, after the recording's name
   /// (without the extension of a file's).
   [[nodiscard]] std::filesystem::path folder(const std::filesystem::path& recording,
@@ -142,9 +144,12 @@ class Program {
   };
 
   Program();
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
   void add_registered_verbs();
   /// Adds a verb and returns its command, for the verb's own options.
-  CLI::App& add(Verb verb);
+  Command add(Verb verb);
   /// Adds the parameters of a verb's part of the program.
   void add_parameters(MakeParameterPart make) { parts_.push_back(std::move(make)); }
   int run(int argc, char** argv);
@@ -158,7 +163,7 @@ class Program {
   /// The words of a verb that only a program of more parts can have; empty: there are none.
   [[nodiscard]] std::string absent_verb(std::span<char* const> words) const;
 
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
   CommonOptions options_;
   std::vector<MakeParameterPart> parts_;
   Verb chosen_;

@@ -5,15 +5,13 @@
 #include "hm/pipeline/calibrate/calibration_set.hpp"
 #include "program.hpp"
 
-void BoardFlags::add_to(CLI::App& command) {
+void BoardFlags::add_to(Command command) {
   const auto group = "Board (default: board.toml of the images, else 9x6 corners of 0.1 m)";
   command.add_option("--board", kind, "checkerboard or charuco")
-      ->check(CLI::IsMember({"checkerboard", "charuco"}))
-      ->group(group);
-  command.add_option("--corners", corners, "inner corners, between squares: 8x6")->group(group);
-  command.add_option("--square", square_m, "edge of a square in metres")
-      ->check(positive_number())
-      ->group(group);
+      .one_of({"checkerboard", "charuco"})
+      .group(group);
+  command.add_option("--corners", corners, "inner corners, between squares: 8x6").group(group);
+  command.add_option("--square", square_m, "edge of a square in metres").above_zero().group(group);
 }
 
 hm::Result<void> BoardFlags::apply(const std::filesystem::path& folder, hm::BoardParams& board) const {

@@ -1,8 +1,8 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 
+#include "command_line.hpp"
 #include "hm/calibration/board.hpp"
 #include "hm/core/result.hpp"
 
@@ -12,7 +12,7 @@ struct BoardFlags {
   std::string kind, corners;
   double square_m = 0;
 
-  void add_to(CLI::App& command);
+  void add_to(Command command);
   /// The folder's board, changed by the flags.
   [[nodiscard]] hm::Result<void> apply(const std::filesystem::path& folder, hm::BoardParams& board) const;
 };

@@ -66,27 +66,25 @@ hm::Result<void> add_faults(const std::vector<std::string>& texts, hm::FlightScr
 
 }  // namespace
 
-void FlyFlags::add_to(CLI::App& command) {
+void FlyFlags::add_to(Command command) {
   output.add_to(command, "MISSION_flight, FILE_flight");
   serve.add_to(command);
-  command.add_option("--world", world, "house, room or corridor (default: house)")->check(check_world);
+  command.add_option("--world", world, "house, room or corridor (default: house)").check(check_world);
   command
       .add_option(
           "--autopilot", autopilot,
           "who flies: core, the autopilot of this library (default); qemu, the same as firmware on an "
           "emulated board, in lock-step; or mavlink:URL, another autopilot (PX4), URL as of --mavlink")
-      ->check(check_autopilot);
+      .check(check_autopilot);
   command
       .add_option("--firmware", firmware,
                   "with --autopilot qemu: its image (default: build/firmware/flight.elf)")
-      ->type_name("FILE");
-  command.add_option("--seed", seed, "seed of all random numbers (default: 1)")
-      ->check(CLI::NonNegativeNumber);
+      .type_name("FILE");
+  command.add_option("--seed", seed, "seed of all random numbers (default: 1)").not_negative();
   command
       .add_option("--fault", faults,
                   "let something fail, seconds since the start: \"laser_off at 12 for 2\" (repeatable)")
-      ->take_all()
-      ->allow_extra_args(false);
+      .repeatable();
   command.add_option("--mavlink", mavlink,
                      "fly in real time beside a ground station, which sees the vehicle and may fly it: "
                      "udp:127.0.0.1:14550 (QGroundControl), udp:listen:PORT, serial:DEVICE:BAUD");
@@ -94,7 +92,7 @@ void FlyFlags::add_to(CLI::App& command) {
       .add_option("--mavlink-key", mavlink_key,
                   "sign MAVLink (--mavlink, --autopilot mavlink:URL) and hear signed frames only: a file "
                   "with 32 bytes or 64 hexadecimal digits")
-      ->type_name("FILE");
+      .type_name("FILE");
   command.add_flag("--realtime", realtime, "fly no faster than the clock on the wall");
 }
 

@@ -22,7 +22,7 @@ struct FlyFlags {
   double height_m = 1.3, duration_s = 20;
 
   /// Adds the options that all missions have.
-  void add_to(CLI::App& command);
+  void add_to(Command command);
   /// Mission of these options, before --params and --set. Errors: kUsage for a fault that there is not and
   /// for a key without MAVLink; the key's file.
   [[nodiscard]] hm::Result<hm::FlightMissionOptions> mission(const std::string& name,

@@ -1,8 +1,8 @@
 #include "flags/laser_flags.hpp"
 
-void LaserFlags::add_to(CLI::App& command) {
+void LaserFlags::add_to(Command command) {
   const auto topic = [&](const char* name, std::string& value, const char* help) {
-    command.add_option(name, value, help)->group("ROS bag");
+    command.add_option(name, value, help).group("ROS bag");
   };
   topic("--scan-topic", options_.scan_topic, "topic of the laser scans (default: all, the busiest first)");
   topic("--imu-topic", options_.imu_topic, "topic of the IMU (default: the busiest)");

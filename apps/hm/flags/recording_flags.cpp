@@ -2,37 +2,37 @@
 
 #include "program.hpp"
 
-void RecordingFlags::add_to(CLI::App& command) {
+void RecordingFlags::add_to(Command command) {
   command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
-      ->check(CLI::IsMember({"tum", "7scenes", "icl"}))
-      ->group("Recording");
+      .one_of({"tum", "7scenes", "icl"})
+      .group("Recording");
   add_images_to(command, "Recording", "folder");
 }
 
-void RecordingFlags::add_camera_to(CLI::App& command) { add_images_to(command, "Camera", "camera"); }
+void RecordingFlags::add_camera_to(Command command) { add_images_to(command, "Camera", "camera"); }
 
-void RecordingFlags::add_images_to(CLI::App& command, const std::string& group, const std::string& source) {
+void RecordingFlags::add_images_to(Command command, const std::string& group, const std::string& source) {
   command
       .add_option("--calibration", calibration,
                   "calibration.toml to apply to every image (default: " +
                       (source == "folder" ? std::string("the one in the folder)") : std::string("none)")))
-      ->group(group);
+      .group(group);
   command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the " + source + ")")
-      ->expected(4)
-      ->group(group);
+      .expected(4)
+      .group(group);
   command
       .add_option("--size", size_px, "width and height of the images, with --intrinsics (default: 640 480)")
-      ->expected(2)
-      ->group(group);
+      .expected(2)
+      .group(group);
   command
       .add_option("--depth-units-per-m", depth_units_per_m,
                   "value in the depth images for one metre (default: from the " + source + ")")
-      ->check(positive_number())
-      ->group(group);
+      .above_zero()
+      .group(group);
 }
 
-void RecordingFlags::add_force_to(CLI::App& command) {
-  command.add_flag("--force", force, "run even though the recording looks unusable")->group("Recording");
+void RecordingFlags::add_force_to(Command command) {
+  command.add_flag("--force", force, "run even though the recording looks unusable").group("Recording");
 }
 
 hm::Result<hm::RecordingOptions> RecordingFlags::options() const {

@@ -1,8 +1,8 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "hm/io/rgbd/recording.hpp"
 
 /// Options of verbs that read a recording or a camera: what the user may know better than these.
@@ -14,13 +14,13 @@ struct RecordingFlags {
   double depth_units_per_m = 0;
   bool force = false;
 
-  void add_to(CLI::App& command);
+  void add_to(Command command);
   /// Adds those that a camera has too.
-  void add_camera_to(CLI::App& command);
+  void add_camera_to(Command command);
   /// Adds --force, for verbs that check the recording before they run.
-  void add_force_to(CLI::App& command);
+  void add_force_to(Command command);
   [[nodiscard]] hm::Result<hm::RecordingOptions> options() const;
 
  private:
-  void add_images_to(CLI::App& command, const std::string& group, const std::string& source);
+  void add_images_to(Command command, const std::string& group, const std::string& source);
 };

@@ -20,13 +20,13 @@ constexpr std::chrono::milliseconds kLastFrames{500};
 
 }  // namespace
 
-void ServeFlags::add_to(CLI::App& command) {
+void ServeFlags::add_to(Command command) {
   command
       .add_flag(
           fmt::format("--serve{{{}}}", kThisMachine), listen,
           "show the run live on a web page; --serve=PORT or --serve=ADDRESS:PORT (an address that other "
           "machines reach needs the token in the link that is printed)")
-      ->each([this](const std::string&) { is_wanted = true; });
+      .each([this](const std::string&) { is_wanted = true; });
 }
 
 hm::Result<Serving> ServeFlags::open(hm::LiveStationOptions options, const hm::ParamList& in_effect,

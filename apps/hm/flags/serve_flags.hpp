@@ -1,5 +1,4 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 
@@ -33,7 +32,7 @@ struct ServeFlags {
   bool is_wanted = false;
   std::string listen;
 
-  void add_to(CLI::App& command);
+  void add_to(Command command);
   /// Opens the station, if it was asked for, prints its address, shows the parameters in effect, and sets
   /// `run.view`; after Session::interruptible_context(). Error (kUsage): the address cannot be used.
   [[nodiscard]] hm::Result<Serving> open(hm::LiveStationOptions options, const hm::ParamList& in_effect,

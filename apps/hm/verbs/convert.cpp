@@ -40,27 +40,26 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
 
 void add_convert(Program& program) {
   auto flags = std::make_shared<ConvertFlags>();
-  CLI::App& command =
-      program.add({"convert", "Convert between file formats, by file extension.",
-                   "  hm convert result/mesh.ply mesh.obj\n"
-                   "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
-                   "  hm convert result/trajectory.tum poses.kitti\n"
-                   "  hm convert flown/map.mvog flown.ot\n"
-                   "  hm convert flown/map.mvog floor.pgm --set laser.slice_top_m=1.2\n"
-                   "  hm convert recording as_tum",
-                   [flags](Session& session) { return run(*flags, session); }});
+  Command command = program.add({"convert", "Convert between file formats, by file extension.",
+                                 "  hm convert result/mesh.ply mesh.obj\n"
+                                 "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
+                                 "  hm convert result/trajectory.tum poses.kitti\n"
+                                 "  hm convert flown/map.mvog flown.ot\n"
+                                 "  hm convert flown/map.mvog floor.pgm --set laser.slice_top_m=1.2\n"
+                                 "  hm convert recording as_tum",
+                                 [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("from", flags->from,
                   "mesh (.ply .obj .glb .gltf .stl .off .dae .fbx), map (.hmap), occupancy grid (.mvog), "
                   "trajectory, or recording (folder)")
-      ->required();
+      .required();
   command
       .add_option(
           "to", flags->to,
           "file or folder to write; letter case of an extension does not matter. Mesh or map: .ply .obj "
           ".glb; occupancy grid: .ot .bt (OctoMap), .ply (points), .yaml, .yml or .pgm (a slice for "
           "map_server: always both files); trajectory: .tum .txt .kitti; recording: a folder")
-      ->required();
+      .required();
   flags->of_recording.add_to(command);
 }
 

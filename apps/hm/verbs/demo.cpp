@@ -54,7 +54,7 @@ hm::Result<Outcome> run(const std::string& output, const ServeFlags& serve, Sess
 void add_demo(Program& program) {
   auto output = std::make_shared<std::string>("hm_demo");
   auto serve = std::make_shared<ServeFlags>();
-  CLI::App& command = program.add(
+  Command command = program.add(
       {"demo", "Scan a simulated house live and write mesh, map, figures and a report with the accuracy.",
        "  hm demo\n"
        "  hm demo -o demo --set simulation.frame_limit=100",

@@ -85,10 +85,10 @@ void add_evaluate(Program& program) {
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
   auto flags = std::make_shared<EvaluateFlags>();
-  const auto add_report = [flags](CLI::App& command) {
+  const auto add_report = [flags](Command command) {
     command.add_option("--report", flags->report, "write a report with plots to this .html file");
   };
-  CLI::App& trajectory = program.add(
+  Command trajectory = program.add(
       {"evaluate trajectory",
        "Measure the absolute and relative error of a trajectory (ATE; RPE per frame, second and metre), or "
        "compare several.",
@@ -102,21 +102,21 @@ void add_evaluate(Program& program) {
       .add_option("trajectories", flags->trajectories,
                   "one trajectory or several (TUM, EuRoC, KITTI; or a recording with poses), and as the last "
                   "the true one, or a recording with true poses")
-      ->required()
-      ->expected(2, kMostTrajectories);
+      .required()
+      .expected(2, kMostTrajectories);
   add_report(trajectory);
   trajectory
       .add_option("--alignment", flags->alignment,
                   "transformation that aligns the estimate first: se3 (default), sim3, yaw or none "
                   "(trajectory_error.alignment)")
-      ->check(CLI::IsMember({"se3", "sim3", "yaw", "none"}));
-  CLI::App& mesh =
+      .one_of({"se3", "sim3", "yaw", "none"});
+  Command mesh =
       program.add({"evaluate mesh", "Measure the accuracy and completeness of a mesh.",
                    "  hm evaluate mesh result/mesh.ply recording\n"
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
                    [flags](Session& session) { return run_mesh(*flags, session); }});
-  mesh.add_option("result", flags->result, "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx")->required();
-  mesh.add_option("truth", flags->truth, "true mesh, or folder of a simulated recording")->required();
+  mesh.add_option("result", flags->result, "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx").required();
+  mesh.add_option("truth", flags->truth, "true mesh, or folder of a simulated recording").required();
   add_report(mesh);
   program.add_parameters([] { return hm::make_parameter_part(list_evaluation); });
 }

@@ -71,7 +71,7 @@ hm::Result<Outcome> run_uncertainty(const RecordingEvaluationFlags& flags, Sessi
 
 void add_uncertainty(Program& program) {
   auto flags = std::make_shared<RecordingEvaluationFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"evaluate uncertainty",
                    "Compare depth noise models with the noise measured over many frames of a static scene.",
                    "  hm evaluate uncertainty -o simulated\n"
@@ -82,17 +82,15 @@ void add_uncertainty(Program& program) {
       "folder of a recording in which neither camera nor scene moves (default: a simulated Kinect at five "
       "places of a house; section simulation)");
   flags->output.add_to(command, "deviations");
-  command.add_option("--frames", flags->frames, "frames at each place (default: 300)")
-      ->check(CLI::Range(10, 100000));
-  command.add_option("--views", flags->views, "places in the simulation (default: 5)")
-      ->check(CLI::Range(1, 1000));
+  command.add_option("--frames", flags->frames, "frames at each place (default: 300)").within(10, 100000);
+  command.add_option("--views", flags->views, "places in the simulation (default: 5)").within(1, 1000);
   flags->of_recording.add_to(command);
 }
 
 void add_experiments(Program& program) {
   add_uncertainty(program);
   auto flags = std::make_shared<RecordingEvaluationFlags>();
-  CLI::App& compensation = program.add(
+  Command compensation = program.add(
       {"evaluate depth-compensation",
        "Build a map with and without the depth correction of a calibration, and compare them.",
        "  hm simulate calibration -o phone_boards --sensor tango_phone\n"
@@ -100,10 +98,10 @@ void add_experiments(Program& program) {
        "  hm simulate house -o phone_walk --sensor tango_phone\n"
        "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
        [flags](Session& session) { return run_compensation(*flags, session); }});
-  compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
+  compensation.add_option("recording", flags->recording, "folder of a recording with poses").required();
   flags->output.add_to(compensation, "compared");
   compensation.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (default here: 0.03)")
-      ->check(positive_number());
+      .above_zero();
   flags->of_recording.add_to(compensation);
 }
 

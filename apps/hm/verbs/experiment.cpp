@@ -83,14 +83,14 @@ hm::Result<Outcome> run_experiment(const ExperimentFlags& flags, Session& sessio
 
 void add_experiment(Program& program) {
   auto flags = std::make_shared<ExperimentFlags>();
-  CLI::App& command = program.add(
+  Command command = program.add(
       {"experiment",
        "Remake figures and tables of the dissertation, with the published numbers beside the measured ones.",
        "  hm experiment list\n"
        "  hm experiment height -o fig_2_5\n"
        "  hm experiment all -o experiments",
        [flags](Session& session) { return run_experiment(*flags, session); }});
-  command.add_option("name", flags->name, "list, all, or a name of the list")->required();
+  command.add_option("name", flags->name, "list, all, or a name of the list").required();
   flags->output.add_to(command, "NAME_experiment");
   command.add_option("--data", flags->data,
                      "folder of recordings (default: $HM_DATA, else ../shared/data); what is not in it is "

@@ -73,8 +73,8 @@ void add_file_mission(Program& program, const std::shared_ptr<FlyFlags>& flags, 
     if (!script) return hm::forward_error(script);
     return fly(*flags, fmt::format("{} {}", mission.name, flags->file), *script, session);
   };
-  CLI::App& command = program.add({fmt::format("fly {}", mission.name), mission.about, mission.example, run});
-  command.add_option("file", flags->file, mission.help)->required();
+  Command command = program.add({fmt::format("fly {}", mission.name), mission.about, mission.example, run});
+  command.add_option("file", flags->file, mission.help).required();
   flags->add_to(command);
 }
 
@@ -83,14 +83,12 @@ void add_hover(Program& program, const std::shared_ptr<FlyFlags>& flags) {
     const auto duration = hm::Duration::from_seconds(flags->duration_s);
     return fly(*flags, "hover", hm::hover_script(flags->height_m, duration), session);
   };
-  CLI::App& hover = program.add({"fly hover", "Take off, hover, land.",
-                                 "  hm fly hover -o hovered\n"
-                                 "  hm fly hover -o gust --duration 8 --fault \"gust at 6 for 2\"",
-                                 run});
-  hover.add_option("--height", flags->height_m, "metres above the place (default: 1.3)")
-      ->check(CLI::Range(0.2, 100.0));
-  hover.add_option("--duration", flags->duration_s, "seconds (default: 20)")
-      ->check(CLI::Range(0.001, 86400.0));
+  Command hover = program.add({"fly hover", "Take off, hover, land.",
+                               "  hm fly hover -o hovered\n"
+                               "  hm fly hover -o gust --duration 8 --fault \"gust at 6 for 2\"",
+                               run});
+  hover.add_option("--height", flags->height_m, "metres above the place (default: 1.3)").within(0.2, 100.0);
+  hover.add_option("--duration", flags->duration_s, "seconds (default: 20)").within(0.001, 86400.0);
   flags->add_to(hover);
 }
 
@@ -98,13 +96,10 @@ void add_go(Program& program, const std::shared_ptr<FlyFlags>& flags) {
   const auto run = [flags](Session& session) {
     return fly(*flags, "go", hm::go_to_script({flags->goal[0], flags->goal[1], flags->goal[2]}), session);
   };
-  CLI::App& go =
-      program.add({"fly go", "Fly to a place, metres from the start: forward, left, up; then land.",
-                   "  hm fly go 3 0 1.2 -o there", run});
+  Command go = program.add({"fly go", "Fly to a place, metres from the start: forward, left, up; then land.",
+                            "  hm fly go 3 0 1.2 -o there", run});
   for (std::size_t k = 0; k < 3; ++k)
-    go.add_option(std::string(1, "xyz"[k]), flags->goal[k], "metres")
-        ->required()
-        ->check(CLI::Range(-1000.0, 1000.0));
+    go.add_option(std::string(1, "xyz"[k]), flags->goal[k], "metres").required().within(-1000.0, 1000.0);
   flags->add_to(go);
 }
 
@@ -125,12 +120,11 @@ void add_fly(Program& program) {
       program, flags,
       {"script", "Fly a script: takeoff, goto, step, velocity, wait, hold, return, land, estop, fault.",
        "  hm fly script tour.fly -o scripted", "text file with an order a line", hm::read_flight_script});
-  CLI::App& teleop =
-      program.add({"fly teleop",
-                   "Fly live, in real time, by lines of a script on standard input; `now hold` "
-                   "takes the place of what runs.",
-                   "  printf 'takeoff 0.5\\nland\\n' | hm fly teleop -o live",
-                   [flags](Session& session) { return fly_live(*flags, session); }});
+  Command teleop = program.add({"fly teleop",
+                                "Fly live, in real time, by lines of a script on standard input; `now hold` "
+                                "takes the place of what runs.",
+                                "  printf 'takeoff 0.5\\nland\\n' | hm fly teleop -o live",
+                                [flags](Session& session) { return fly_live(*flags, session); }});
   flags->add_to(teleop);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_flight_mission); });
 }

@@ -106,7 +106,7 @@ hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
 
 void add_info(Program& program) {
   auto flags = std::make_shared<InfoFlags>();
-  CLI::App& command = program.add(
+  Command command = program.add(
       {"info",
        "Show what a recording, result, map, mesh, trajectory or pose graph contains, and what looks wrong.",
        "  hm info recording\n"
@@ -119,7 +119,7 @@ void add_info(Program& program) {
           "path", flags->path,
           "folder of a recording or of results, or a file: .bag .log .alog .dat .hmap .mvog .ply .obj "
           ".glb .gltf .stl .off .dae .fbx .tum .g2o")
-      ->required();
+      .required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);
 }

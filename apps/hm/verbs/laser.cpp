@@ -37,7 +37,7 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
 
 void add_laser(Program& program) {
   auto flags = std::make_shared<LaserVerbFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"laser", "Estimate trajectory and height from laser scans, and build an occupancy map.",
                    "  hm laser my_flight -o result\n"
                    "  hm laser my_flight -o fine --set mvog.resolution_m=0.05\n"
@@ -47,7 +47,7 @@ void add_laser(Program& program) {
   command
       .add_option("recording", flags->recording,
                   "laser recording: ROS 1 bag; CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
-      ->required();
+      .required();
   flags->output.add_to(command, "NAME_laser");
   flags->output.add_strict_to(command);
   flags->serve.add_to(command);
@@ -59,7 +59,7 @@ void add_laser(Program& program) {
   command
       .add_option("--pace", flags->pace,
                   "fast (default): as fast as possible; realtime: at the pace of the recording")
-      ->check(CLI::IsMember({"fast", "realtime"}));
+      .one_of({"fast", "realtime"});
   flags->of_laser.add_to(command);
 }
 

@@ -40,19 +40,18 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
 
 void add_odometry(Program& program) {
   auto flags = std::make_shared<OdometryFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"odometry", "Estimate the trajectory of the camera from depth and colour images.",
                    "  hm odometry recording -o result\n"
                    "  hm odometry recording -o published --method published_ransac_icp --json\n"
                    "  hm odometry recording -o sparse --set reconstruction.frame_stride=5",
                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
-      ->required();
+      .required();
   flags->output.add_to(command, "NAME_odometry");
   flags->output.add_strict_to(command);
   command.add_option("--method", flags->method, "method (odometry.method; default: tracker)")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
+      .one_of(std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end()));
   flags->of_recording.add_to(command);
   flags->of_recording.add_force_to(command);
   flags->serve.add_to(command);

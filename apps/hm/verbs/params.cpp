@@ -89,7 +89,7 @@ void add_params(Program& program) {
                "  hm params check result/parameters.toml",
                {}});
   auto flags = std::make_shared<ParamsFlags>();
-  CLI::App& show_command = program.add(
+  Command show_command = program.add(
       {"params show", "Show the usual parameters as TOML, with --params and --set applied; --expert: all.",
        "  hm params show\n  hm params show --expert\n  hm params show --set tsdf.voxel_size_m=0.01\n  hm "
        "params show --markdown",
@@ -101,18 +101,18 @@ void add_params(Program& program) {
             "  hm params check result/parameters.toml",
             [flags](Session& session) { return check(*flags, session); }})
       .add_option("file", flags->file, "TOML file")
-      ->required();
+      .required();
   program
       .add({"params explain", "Explain a parameter or a section.",
             "  hm params explain tsdf.far_m\n  hm params explain mesh",
             [flags](Session& session) { return explain(*flags, session); }})
       .add_option("name", flags->name, "section.key, section, or key")
-      ->required();
-  CLI::App& diff_command = program.add({"params diff", "Show the differences between two parameter files.",
-                                        "  hm params diff result/parameters.toml other/parameters.toml",
-                                        [flags](Session& session) { return diff(*flags, session); }});
-  diff_command.add_option("a", flags->file, "TOML file")->required();
-  diff_command.add_option("b", flags->other, "TOML file")->required();
+      .required();
+  Command diff_command = program.add({"params diff", "Show the differences between two parameter files.",
+                                      "  hm params diff result/parameters.toml other/parameters.toml",
+                                      [flags](Session& session) { return diff(*flags, session); }});
+  diff_command.add_option("a", flags->file, "TOML file").required();
+  diff_command.add_option("b", flags->other, "TOML file").required();
 }
 
 const VerbRegistration kParams(110, add_params);

@@ -54,7 +54,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
 
 void add_reconstruct(Program& program) {
   auto flags = std::make_shared<ReconstructFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"reconstruct", "Build a map and a coloured mesh from depth images with poses.",
                    "  hm reconstruct recording -o result\n"
                    "  hm reconstruct recording -o fine --voxel 0.01\n"
@@ -63,15 +63,14 @@ void add_reconstruct(Program& program) {
                    "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
-      ->required();
+      .required();
   flags->output.add_to(command, "NAME_reconstruction");
   flags->output.add_strict_to(command);
   command.add_option(
       "--poses", flags->poses,
       "trajectory to use instead of the poses of the recording: T_world_camera at the time stamps "
       "of the depth images (TUM, EuRoC), or of every frame (KITTI, Replica, Redwood)");
-  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(positive_number());
+  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)").above_zero();
   command.add_flag("--align", flags->align,
                    "correct each pose by aligning its depth image to the map (reconstruction.align)");
   command.add_flag("--level", flags->level,

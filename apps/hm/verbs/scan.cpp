@@ -84,7 +84,7 @@ hm::Result<Outcome> run(const ScanFlags& flags, Session& session) {
 
 void add_scan(Program& program) {
   auto flags = std::make_shared<ScanFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"scan", "Scan with a depth camera that is plugged in: track, map and record, all live.",
                    "  hm scan --list\n"
                    "  hm scan --camera replay:recording -o again --speed 2\n"
@@ -97,16 +97,15 @@ void add_scan(Program& program) {
   flags->output.add_strict_to(command);
   flags->output.add_resume_to(command,
                               "continue the recording and the map of an earlier scan in the same folder");
-  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(positive_number());
+  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)").above_zero();
   command.add_option("--seconds", flags->duration_s, "end the scan after this time (default: until Ctrl-C)")
-      ->check(positive_number());
+      .above_zero();
   command.add_option("--speed", flags->speed, "pace of a replay, times that of its recording (default: 1)")
-      ->check(positive_number());
+      .above_zero();
   command
       .add_option("--unplug-after", flags->unplug_s,
                   "a replay fails after so many seconds, as if its camera had been unplugged")
-      ->check(positive_number());
+      .above_zero();
   flags->of_camera.add_camera_to(command);
   flags->serve.add_to(command);
 }

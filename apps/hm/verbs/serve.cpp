@@ -43,7 +43,7 @@ hm::Result<Outcome> run(const ServeVerbFlags& flags, Session& session) {
 
 void add_serve(Program& program) {
   auto flags = std::make_shared<ServeVerbFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"serve", "Show a result, a map, a mesh or a recording on a web page, until Ctrl-C.",
                    "  hm serve result\n"
                    "  hm serve result/mesh.ply --listen 8800\n"
@@ -55,13 +55,13 @@ void add_serve(Program& program) {
           "folder of results or of a recording, or a file: .hmap .mvog .ply .obj .glb .gltf .stl .off .dae "
           ".fbx .bag .log .alog .dat; a recording is replayed, and the page pauses it, sets its speed "
           "and goes to a place in it")
-      ->required();
+      .required();
   command.add_option(
       "--listen", flags->listen,
       "PORT, ADDRESS or ADDRESS:PORT; without an address only this machine is served, and an address that "
       "other machines reach needs the token in the link that is printed");
   command.add_option("--voxel", flags->voxel_m, "replays: edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(positive_number());
+      .above_zero();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);
 }

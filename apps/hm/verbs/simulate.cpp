@@ -173,7 +173,7 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
 
 void add_simulate(Program& program) {
   auto flags = std::make_shared<SimulateFlags>();
-  CLI::App& command =
+  Command command =
       program.add({"simulate", "Generate a recording with exact ground truth.",
                    "  hm simulate room -o recording --frames 40\n"
                    "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
@@ -188,7 +188,7 @@ void add_simulate(Program& program) {
                   "house, room or corridor (default: house), office: a floor for a robot with a laser, or "
                   "calibration: "
                   "images of boards for `hm calibrate`")
-      ->check(CLI::IsMember({"house", "room", "corridor", "office", "calibration"}));
+      .one_of({"house", "room", "corridor", "office", "calibration"});
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command
       .add_option(
@@ -197,24 +197,22 @@ void add_simulate(Program& program) {
           "quadrotor with "
           "a laser and an IMU; laser_robot (office only, default there): a robot on wheels with a laser of "
           "30 m, laser_robot_8m: of 8 m; xtion (calibration only, default there)")
-      ->check(CLI::IsMember(
-          {"tango_tablet", "tango_phone", "kinect", "laser_mav", "laser_robot", "laser_robot_8m", "xtion"}));
-  command
-      .add_option("--frames", flags->frames, "maximum number of frames or scans (default: the whole path)")
-      ->check(positive_number());
-  command.add_option("--seed", flags->seed, "seed of all random numbers (default: 1)")
-      ->check(CLI::NonNegativeNumber);
+      .one_of(
+          {"tango_tablet", "tango_phone", "kinect", "laser_mav", "laser_robot", "laser_robot_8m", "xtion"});
+  command.add_option("--frames", flags->frames, "maximum number of frames or scans (default: the whole path)")
+      .above_zero();
+  command.add_option("--seed", flags->seed, "seed of all random numbers (default: 1)").not_negative();
   command.add_flag(
       "--drift", flags->drift,
       "let the poses drift like visual-inertial odometry; laser_mav: also record drifting wheel odometry");
   command.add_flag("--large", flags->large, "office: a floor of 120 x 80 m instead of 60 x 40 m");
-  CLI::Option* perfect =
+  const CommandOption perfect =
       command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
   command
       .add_flag("--realistic", flags->realistic,
                 "all that real recordings suffer from (simulation.flaws=all), sizes by the seed; laser_mav: "
                 "also record drifting wheel odometry; an office always is as real ones")
-      ->excludes(perfect);
+      .excludes(perfect);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_simulation); });
 }
 

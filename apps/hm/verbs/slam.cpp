@@ -48,7 +48,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
 
 void add_slam(Program& program) {
   auto flags = std::make_shared<SlamFlags>();
-  CLI::App& command = program.add(
+  Command command = program.add(
       {"slam", "Estimate the trajectory from depth and colour images, close loops and build the map.",
        "  hm slam recording -o result\n"
        "  hm slam recording -o fine --voxel 0.01\n"
@@ -57,7 +57,7 @@ void add_slam(Program& program) {
        "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
        [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
-      ->required();
+      .required();
   flags->output.add_to(command, "NAME_slam");
   flags->output.add_strict_to(command);
   flags->output.add_resume_to(
@@ -66,8 +66,7 @@ void add_slam(Program& program) {
   command.add_option(
       "--continue", flags->continued,
       "go on in the map of this earlier result, which is only read: it must be recognised (exit code 1)");
-  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(positive_number());
+  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)").above_zero();
   command.add_option(
       "--maps", flags->maps,
       "maps to write besides the mesh, separated by commas: points, octomap, mvog (slam.maps)");

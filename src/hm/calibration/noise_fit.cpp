@@ -1,3 +1,4 @@
+// hm: compiled alone, as it takes as long as a unit of many files
 #include "hm/calibration/noise_fit.hpp"
 
 #include <Eigen/Dense>

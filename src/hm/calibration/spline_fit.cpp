@@ -1,6 +1,5 @@
 #include "hm/calibration/spline_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "hm/core/statistics.hpp"
 #include "hm/depth_camera/spline_basis.hpp"
+#include "hm/geometry/solvers/large_solvers.hpp"
 
 namespace hm::detail {
 namespace {
@@ -33,9 +33,7 @@ class System {
   }
   [[nodiscard]] Row row_of(const BlockMean& mean) const;
   void add(const Row& row, double value, double weight);
-  [[nodiscard]] Eigen::VectorXd solve() const {
-    return information_.selfadjointView<Eigen::Lower>().ldlt().solve(right_);
-  }
+  [[nodiscard]] Eigen::VectorXd solve() const { return symmetric_solution(information_, right_).x; }
 
  private:
   [[nodiscard]] Eigen::Index index(int term, int row, int column) const {

@@ -11,14 +11,14 @@
 namespace hm {
 namespace {
 
-constexpr float kStep_s = 0.001F;
+constexpr float kThrustStep_s = 0.001F;
 
 TEST(HoverThrust, AgreesWithTheClosedFormOfAConstant) {
   // Constant thrust T, no walk: 1/P = 1/P0 + n T^2 / R, and the estimate is the weighted mean.
   const QuadrotorModel model;
   HoverThrustParams params;
   params.walk_ratio_sqrt_s = 0;
-  HoverThrust hover(params, model, kStep_s);
+  HoverThrust hover(params, model, kThrustStep_s);
   const float thrust = 13.6F;
   hover.follow(thrust);
   const double prior = 1 / 1.387, p0 = std::pow(0.15 * prior, 2), r = 4, t2 = 13.6 * 13.6;
@@ -35,7 +35,7 @@ TEST(HoverThrust, AgreesWithTheClosedFormOfAConstant) {
 
 TEST(HoverThrust, FollowsAFallingBatteryThroughVibration) {
   const QuadrotorModel model;
-  HoverThrust hover({}, model, kStep_s);
+  HoverThrust hover({}, model, kThrustStep_s);
   hover.follow(13.6F);
   Rng rng(1);
   double worst = 0;
@@ -51,7 +51,7 @@ TEST(HoverThrust, FollowsAFallingBatteryThroughVibration) {
 
 TEST(HoverThrust, LearnsNothingFromTheGroundFromNoNumbersOrFromBumps) {
   const QuadrotorModel model;
-  HoverThrust hover({}, model, kStep_s);
+  HoverThrust hover({}, model, kThrustStep_s);
   const float before = hover.hover_thrust_n();
   EXPECT_NEAR(before, 1.387F * kGravityF_m_s2, 1e-4F);
   for (int i = 0; i < 1000; ++i) hover.step(2, kGravityF_m_s2);  // stands with its rotors idling
@@ -68,11 +68,11 @@ TEST(HoverThrust, ThrustReachesTheMeasurementWithTheRotorsLag) {
   // A step of the command whose force follows with the rotors' time constant is no change of the hover
   // thrust.
   const QuadrotorModel model;
-  HoverThrust hover({}, model, kStep_s);
+  HoverThrust hover({}, model, kThrustStep_s);
   hover.follow(13.6F);
   double lagged = 13.6;
   for (int i = 0; i < 200; ++i) {
-    lagged += (18 - lagged) * 0.001 / static_cast<double>(model.motor_s + kStep_s);
+    lagged += (18 - lagged) * 0.001 / static_cast<double>(model.motor_s + kThrustStep_s);
     hover.step(18, static_cast<float>(lagged / 1.387));
   }
   EXPECT_NEAR(hover.hover_thrust_n(), 13.602F, 0.02F);

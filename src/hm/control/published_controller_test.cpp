@@ -10,7 +10,7 @@
 namespace hm {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 constexpr float kHover = 0.485F;
 
 ControlState state_at(const Vec3f& position, float yaw = 0) {
@@ -20,7 +20,7 @@ ControlState state_at(const Vec3f& position, float yaw = 0) {
   return state;
 }
 
-PublishedCommand go_to(const Vec3f& position, float yaw = 0) {
+PublishedCommand published_command_to(const Vec3f& position, float yaw = 0) {
   PublishedCommand command;
   command.goal.position_m = position;
   command.goal.yaw_rad = yaw;
@@ -31,7 +31,7 @@ PublishedCommand go_to(const Vec3f& position, float yaw = 0) {
 PublishedController hovering(const PublishedControlParams& params = {}) {
   PublishedController controller(params);
   controller.start_from({0, 0, 0, kHover});
-  for (int i = 0; i < 5000; ++i) controller.step(state_at({0, 0, 0}), go_to({0, 0, 0}));
+  for (int i = 0; i < 5000; ++i) controller.step(state_at({0, 0, 0}), published_command_to({0, 0, 0}));
   return controller;
 }
 
@@ -93,8 +93,8 @@ TEST(PublishedController, ASetPointStepCausesNoDerivativeKick) {
   params.pitch_slew_rad_s = 1000;
   PublishedController controller = hovering(params);
   const float before = controller.output().pitch_rad;
-  const float first = controller.step(state_at({0, 0, 0}), go_to({0.3F, 0, 0})).pitch_rad;
-  const float second = controller.step(state_at({0, 0, 0}), go_to({0.3F, 0, 0})).pitch_rad;
+  const float first = controller.step(state_at({0, 0, 0}), published_command_to({0.3F, 0, 0})).pitch_rad;
+  const float second = controller.step(state_at({0, 0, 0}), published_command_to({0.3F, 0, 0})).pitch_rad;
   EXPECT_NEAR(first - before, 0.4F * 0.3F, 1e-4F);
   EXPECT_NEAR(second, first, 1e-3F);
 }
@@ -105,12 +105,12 @@ TEST(PublishedController, ErrorsAreOfTheLevelBaseFrame) {
   controller.start_from({0, 0, 0, kHover});
   RpytCommand output;
   for (int i = 0; i < 3000; ++i)
-    output = controller.step(state_at({0, 0, 0}, kPiF / 2), go_to({0, 0.2F, 0}, kPiF / 2));
+    output = controller.step(state_at({0, 0, 0}, kPiF / 2), published_command_to({0, 0.2F, 0}, kPiF / 2));
   EXPECT_GT(output.pitch_rad, 0.05F);
   EXPECT_NEAR(output.roll_rad, 0, 1e-4F);
   PublishedController left;
   left.start_from({0, 0, 0, kHover});
-  for (int i = 0; i < 3000; ++i) output = left.step(state_at({0, 0, 0}), go_to({0, 0.2F, 0}));
+  for (int i = 0; i < 3000; ++i) output = left.step(state_at({0, 0, 0}), published_command_to({0, 0.2F, 0}));
   EXPECT_LT(output.roll_rad, -0.05F) << "to the left by negative roll";
   EXPECT_NEAR(output.pitch_rad, 0, 1e-4F);
 }
@@ -125,7 +125,7 @@ TEST(PublishedController, EveryOutputHasItsLimitAndSlewLimitInEveryMode) {
   for (const AxisMode mode :
        {AxisMode::kDisabled, AxisMode::kDirect, AxisMode::kPosition, AxisMode::kVelocity}) {
     PublishedController controller(params);
-    PublishedCommand command = go_to({90, -90, 90}, 3);
+    PublishedCommand command = published_command_to({90, -90, 90}, 3);
     command.modes = {mode, mode, mode, mode};
     command.goal.velocity_m_s = {90, -90, 90};
     command.goal.yaw_rate_rad_s = 90;
@@ -149,7 +149,7 @@ TEST(PublishedController, EveryOutputHasItsLimitAndSlewLimitInEveryMode) {
 
 TEST(PublishedController, ModesAreOfEachAxis) {
   PublishedController controller = hovering();
-  PublishedCommand command = go_to({0.2F, 0, 0});
+  PublishedCommand command = published_command_to({0.2F, 0, 0});
   command.modes = {AxisMode::kPosition, AxisMode::kDirect, AxisMode::kDisabled, AxisMode::kVelocity};
   command.direct = {0.11F, 9, 9, 9};
   command.manual = {9, 9, 9, 0.4F};
@@ -169,7 +169,7 @@ TEST(PublishedController, ChangesOfModeContinueFromTheOutputInForce) {
   params.roll_slew_rad_s = params.pitch_slew_rad_s = params.yaw_slew_rad_s2 = 1000;
   params.thrust_slew_percent_s = 10000;
   PublishedController controller = hovering(params);
-  PublishedCommand command = go_to({0.4F, -0.4F, 0.5F}, 0.5F);
+  PublishedCommand command = published_command_to({0.4F, -0.4F, 0.5F}, 0.5F);
   command.direct = {0.12F, -0.1F, -0.6F, 0.55F};
   const auto all = [](AxisMode mode) { return PublishedModes{mode, mode, mode, mode}; };
   for (const AxisMode from : {AxisMode::kDirect, AxisMode::kPosition, AxisMode::kVelocity})
@@ -199,7 +199,9 @@ TEST(PublishedController, YawIsPiAsInTheTextAndTheLaunchedGainsAreP) {
     double yaw = 0;
     for (int i = 0; i < 60000; ++i) {
       const ControlState state = state_at({0, 0, 0}, static_cast<float>(yaw));
-      yaw += 1e-3 * (static_cast<double>(controller.step(state, go_to({0, 0, 0})).yaw_rate_rad_s) + 0.1);
+      yaw +=
+          1e-3 *
+          (static_cast<double>(controller.step(state, published_command_to({0, 0, 0})).yaw_rate_rad_s) + 0.1);
     }
     return yaw;
   };
@@ -210,25 +212,26 @@ TEST(PublishedController, YawIsPiAsInTheTextAndTheLaunchedGainsAreP) {
 TEST(PublishedController, YawErrorsAreWrapped) {
   PublishedController controller;
   RpytCommand output;
-  for (int i = 0; i < 2000; ++i) output = controller.step(state_at({0, 0, 0}, 3.1F), go_to({0, 0, 0}, -3.1F));
+  for (int i = 0; i < 2000; ++i)
+    output = controller.step(state_at({0, 0, 0}, 3.1F), published_command_to({0, 0, 0}, -3.1F));
   EXPECT_NEAR(output.yaw_rate_rad_s, 1.2F * (2 * kPiF - 6.2F), 1e-3F);
 }
 
 TEST(PublishedController, WhatIsNoNumberChangesNothing) {
   PublishedController controller = hovering();
   const RpytCommand before = controller.output();
-  ControlState state = state_at({kNan, 0, 0});
-  controller.step(state, go_to({0.5F, 0, 0}));
+  ControlState state = state_at({kNoNumber, 0, 0});
+  controller.step(state, published_command_to({0.5F, 0, 0}));
   state = state_at({0, 0, 0});
   state.attitude = {0, 0, 0, 0};
-  controller.step(state, go_to({0.5F, 0, 0}));
-  controller.step(state_at({0, 0, 0}), go_to({0, kNan, 0}));
-  controller.start_from({0, kNan, 0, 0});
+  controller.step(state, published_command_to({0.5F, 0, 0}));
+  controller.step(state_at({0, 0, 0}), published_command_to({0, kNoNumber, 0}));
+  controller.start_from({0, kNoNumber, 0, 0});
   EXPECT_EQ(controller.bad_inputs(), 4U);
   EXPECT_EQ(controller.output().pitch_rad, before.pitch_rad);
   EXPECT_EQ(controller.output().thrust_ratio, before.thrust_ratio);
-  EXPECT_NEAR(controller.step(state_at({0, 0, 0}), go_to({0, 0, 0})).thrust_ratio, before.thrust_ratio,
-              1e-4F);
+  EXPECT_NEAR(controller.step(state_at({0, 0, 0}), published_command_to({0, 0, 0})).thrust_ratio,
+              before.thrust_ratio, 1e-4F);
 }
 
 TEST(PublishedController, HoversTheVehicleItWasMadeFor) {
@@ -241,7 +244,7 @@ TEST(PublishedController, HoversTheVehicleItWasMadeFor) {
   CascadeOutput output;
   double late = 0;
   for (int i = 0; i < 40000; ++i) {
-    output.rpyt = controller.step(body.seen(), go_to({0, 0, 0}));
+    output.rpyt = controller.step(body.seen(), published_command_to({0, 0, 0}));
     body.step(output);
     if (i > 30000) late = std::max(late, body.position.norm());
   }

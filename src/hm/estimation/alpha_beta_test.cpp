@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 Time at(double seconds) { return Time::from_seconds(seconds); }
 using One = AlphaBetaHeight::Vector;
 
@@ -54,7 +54,7 @@ TEST(AlphaBeta, BadSamplesChangeNothing) {
   const double x = filter.position()(0), v = filter.velocity()(0);
   EXPECT_EQ(filter.update(at(1.1), One(7)), AlphaBetaStatus::kTimeBackwards);  // dt = 0 would divide
   EXPECT_EQ(filter.update(at(0.5), One(7)), AlphaBetaStatus::kTimeBackwards);
-  EXPECT_EQ(filter.update(at(1.2), One(kNan)), AlphaBetaStatus::kInvalid);
+  EXPECT_EQ(filter.update(at(1.2), One(kNoNumber)), AlphaBetaStatus::kInvalid);
   EXPECT_EQ(filter.position()(0), x);
   EXPECT_EQ(filter.velocity()(0), v);
   EXPECT_EQ(filter.update(at(1.2), One(1.3)), AlphaBetaStatus::kUpdated);
@@ -80,7 +80,7 @@ TEST(AlphaBetaAngle, TurnsThroughPi) {
     }
     ASSERT_LE(std::abs(filter.angle_rad()), std::numbers::pi);
   }
-  EXPECT_EQ(filter.update(at(1000), kNan), AlphaBetaStatus::kInvalid);
+  EXPECT_EQ(filter.update(at(1000), kNoNumber), AlphaBetaStatus::kInvalid);
 }
 
 TEST(AlphaBetaOrientation, BlendsTheRateAndSlerpsTheAttitude) {
@@ -114,7 +114,7 @@ TEST(AlphaBetaOrientation, BlendsTheRateAndSlerpsTheAttitude) {
 TEST(AlphaBetaOrientation, RefusesWhatIsNoRotation) {
   AlphaBetaOrientation filter;
   EXPECT_EQ(filter.update(at(0), Eigen::Quaterniond(0, 0, 0, 0)), AlphaBetaStatus::kInvalid);
-  EXPECT_EQ(filter.update(at(0), Eigen::Quaterniond(kNan, 0, 0, 0)), AlphaBetaStatus::kInvalid);
+  EXPECT_EQ(filter.update(at(0), Eigen::Quaterniond(kNoNumber, 0, 0, 0)), AlphaBetaStatus::kInvalid);
   EXPECT_EQ(filter.update(at(0), Eigen::Quaterniond::Identity()), AlphaBetaStatus::kFirst);
 }
 

@@ -1,3 +1,4 @@
+// hm: compiled alone, as it takes as long as a unit of many files
 #include "hm/estimation/bias_kalman.hpp"
 
 #include <Eigen/LU>

@@ -10,7 +10,7 @@
 namespace hm {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
 Duration ms(int count) { return {std::int64_t{1'000'000} * count}; }
 
@@ -229,11 +229,11 @@ TEST(FailSafes, NumbersThatAreNoneCountAsDangerous) {
   SafetyVerdict verdict;
   for (int t = 0; t <= 3000; ++t) {
     SafetyInputs inputs = healthy(t);
-    inputs.position_std_m = inputs.stop_outside_m = inputs.outside_m = inputs.tilt_rad = kNan;
-    inputs.cos_tilt_error = kNan;
-    inputs.battery_ratio = inputs.tilt_mismatch_rad = inputs.obstacle_m = kNan;
+    inputs.position_std_m = inputs.stop_outside_m = inputs.outside_m = inputs.tilt_rad = kNoNumber;
+    inputs.cos_tilt_error = kNoNumber;
+    inputs.battery_ratio = inputs.tilt_mismatch_rad = inputs.obstacle_m = kNoNumber;
     inputs.thrust_saturated = true;
-    inputs.climb_m_s = kNan;
+    inputs.climb_m_s = kNoNumber;
     verdict = guards.step(inputs);
   }
   for (const FailSafe which : {FailSafe::kPoseLost, FailSafe::kFenceAhead, FailSafe::kFenceFarOutside,

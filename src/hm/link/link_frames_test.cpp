@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-constexpr double kQuarter = std::numbers::pi / 2;
+constexpr double kQuarterTurn = std::numbers::pi / 2;
 constexpr auto kNed = AutopilotWorld::kNed;
 constexpr auto kFrd = AutopilotWorld::kLocalFrd;
 
@@ -40,15 +40,15 @@ TEST(LinkFrames, NotTurnedIsEastInNedAndForwardInLocalFrd) {
 
 TEST(LinkFrames, NinetyDegreesAboutEachAxis) {
   // To the left, seen from above: from east to north, thus 0 in NED; -90 in FRD.
-  EXPECT_TRUE(swapped_rpy_deg(kQuarter, Vec3::UnitZ(), kNed).isZero(1e-9));
-  EXPECT_TRUE(swapped_rpy_deg(kQuarter, Vec3::UnitZ(), kFrd).isApprox(Vec3(0, 0, -90)));
+  EXPECT_TRUE(swapped_rpy_deg(kQuarterTurn, Vec3::UnitZ(), kNed).isZero(1e-9));
+  EXPECT_TRUE(swapped_rpy_deg(kQuarterTurn, Vec3::UnitZ(), kFrd).isApprox(Vec3(0, 0, -90)));
   // About x (forward) to the right side down: +90 in both conventions.
-  EXPECT_TRUE(swapped_rpy_deg(kQuarter, Vec3::UnitX(), kNed).isApprox(Vec3(90, 0, 90)));
-  EXPECT_TRUE(swapped_rpy_deg(kQuarter, Vec3::UnitX(), kFrd).isApprox(Vec3(90, 0, 0)));
+  EXPECT_TRUE(swapped_rpy_deg(kQuarterTurn, Vec3::UnitX(), kNed).isApprox(Vec3(90, 0, 90)));
+  EXPECT_TRUE(swapped_rpy_deg(kQuarterTurn, Vec3::UnitX(), kFrd).isApprox(Vec3(90, 0, 0)));
   // About y (left) the nose goes down, which is negative in FRD. Yaw and roll are not defined there.
-  EXPECT_NEAR(swapped_rpy_deg(kQuarter, Vec3::UnitY(), kFrd).y(), -90, 1e-5);
-  EXPECT_NEAR(swapped_rpy_deg(kQuarter, Vec3::UnitY(), kNed).y(), -90, 1e-5);
-  EXPECT_TRUE(swapped_rpy_deg(kQuarter / 3, Vec3::UnitY(), kFrd).isApprox(Vec3(0, -30, 0), 1e-9));
+  EXPECT_NEAR(swapped_rpy_deg(kQuarterTurn, Vec3::UnitY(), kFrd).y(), -90, 1e-5);
+  EXPECT_NEAR(swapped_rpy_deg(kQuarterTurn, Vec3::UnitY(), kNed).y(), -90, 1e-5);
+  EXPECT_TRUE(swapped_rpy_deg(kQuarterTurn / 3, Vec3::UnitY(), kFrd).isApprox(Vec3(0, -30, 0), 1e-9));
 }
 
 TEST(LinkFrames, YawAgreesWithTheOrientation) {
@@ -56,8 +56,8 @@ TEST(LinkFrames, YawAgreesWithTheOrientation) {
     for (double yaw = -3.1; yaw < 3.1; yaw += 0.37)
       EXPECT_NEAR(swap_yaw(yaw, world),
                   roll_pitch_yaw(swap_orientation(turned(yaw, Vec3::UnitZ()), world)).z(), 1e-12);
-  EXPECT_NEAR(swap_yaw(kQuarter, kNed), 0, 1e-15);
-  EXPECT_NEAR(swap_yaw(kQuarter, kFrd), -kQuarter, 1e-15);
+  EXPECT_NEAR(swap_yaw(kQuarterTurn, kNed), 0, 1e-15);
+  EXPECT_NEAR(swap_yaw(kQuarterTurn, kFrd), -kQuarterTurn, 1e-15);
   EXPECT_EQ(swap_yaw_rate(0.5), -0.5);
 }
 

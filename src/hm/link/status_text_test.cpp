@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr MavlinkAddress kVehicle{1, 1};
+constexpr MavlinkAddress kSpeakingVehicle{1, 1};
 
 MavStatusText part_of(std::uint16_t id, std::uint8_t number, const std::string& text) {
   MavStatusText part;
@@ -29,7 +29,7 @@ std::vector<std::string> words(const std::vector<LinkText>& texts) {
 TEST(StatusTextReader, GivesWhatAPeerSendsOfAnyLength) {
   link_testing::PipePair way;
   MavlinkPeerOptions options;
-  options.address = kVehicle;
+  options.address = kSpeakingVehicle;
   MavlinkPeer vehicle(way.vehicle, options), station(way.station, link_testing::station_options());
   for (const std::size_t length : {0U, 1U, 49U, 50U, 51U, 99U, 100U, 101U, 1000U}) {
     std::string said(length, 'x');
@@ -51,17 +51,18 @@ TEST(StatusTextReader, GivesWhatAPeerSendsOfAnyLength) {
 TEST(StatusTextReader, WhatIsMissingIsShown) {
   const std::string full(50, 'a');
   StatusTextReader reader;
-  EXPECT_TRUE(reader.add(part_of(3, 0, full), kVehicle).empty());
-  EXPECT_TRUE(reader.add(part_of(3, 0, full), kVehicle).empty()) << "the same part again";
-  EXPECT_EQ(words(reader.add(part_of(3, 2, "end"), kVehicle)), (std::vector<std::string>{full + "...end"}));
-  EXPECT_TRUE(reader.add(part_of(4, 0, full), kVehicle).empty());
-  EXPECT_EQ(words(reader.add(part_of(5, 1, "end"), kVehicle)),
+  EXPECT_TRUE(reader.add(part_of(3, 0, full), kSpeakingVehicle).empty());
+  EXPECT_TRUE(reader.add(part_of(3, 0, full), kSpeakingVehicle).empty()) << "the same part again";
+  EXPECT_EQ(words(reader.add(part_of(3, 2, "end"), kSpeakingVehicle)),
+            (std::vector<std::string>{full + "...end"}));
+  EXPECT_TRUE(reader.add(part_of(4, 0, full), kSpeakingVehicle).empty());
+  EXPECT_EQ(words(reader.add(part_of(5, 1, "end"), kSpeakingVehicle)),
             (std::vector<std::string>{full + "...", "...end"}));
-  EXPECT_TRUE(reader.add(part_of(6, 0, full), kVehicle).empty());
+  EXPECT_TRUE(reader.add(part_of(6, 0, full), kSpeakingVehicle).empty());
   EXPECT_EQ(words(reader.add(part_of(6, 0, "of another"), {7, 1})),
             (std::vector<std::string>{full + "...", "of another"}));
-  EXPECT_TRUE(reader.add(part_of(6, 0, full), kVehicle).empty());
-  EXPECT_EQ(words(reader.add(part_of(0, 0, "short"), kVehicle)),
+  EXPECT_TRUE(reader.add(part_of(6, 0, full), kSpeakingVehicle).empty());
+  EXPECT_EQ(words(reader.add(part_of(0, 0, "short"), kSpeakingVehicle)),
             (std::vector<std::string>{full + "...", "short"}));
 }
 
@@ -70,7 +71,7 @@ TEST(StatusTextReader, OtherLettersAreReplaced) {
   EXPECT_EQ(words(reader.add(part_of(0, 0,
                                      "a\n\x1b[1m\xff"
                                      "b"),
-                             kVehicle)),
+                             kSpeakingVehicle)),
             (std::vector<std::string>{"a??[1m?b"}));
 }
 

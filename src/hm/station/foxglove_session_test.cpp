@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Optional;
 
-constexpr Duration ms(std::int64_t milliseconds) { return {milliseconds * 1'000'000}; }
+constexpr Duration milliseconds_of(std::int64_t milliseconds) { return {milliseconds * 1'000'000}; }
 
 struct Received {
   std::uint32_t subscription = 0;
@@ -165,10 +165,10 @@ TEST_F(FoxgloveTest, PathsAreJoinedFromTheirPieces) {
   // At most once a second, and never left out for good.
   store.put(LiveKind::kPath, 11, Time{4},
             to_payload(PathFrame{PathFrame::Which::kTrajectory, 2, 4, {{2, 0, 0}, {3, 0, 0}}}));
-  now = ms(500);
+  now = milliseconds_of(500);
   drain();
   EXPECT_TRUE(received.empty());
-  now = ms(1000);
+  now = milliseconds_of(1000);
   drain();
   ASSERT_EQ(received.size(), 1u);
   EXPECT_EQ(received[0].value.find("poses")->as_array()->size(), 4u);

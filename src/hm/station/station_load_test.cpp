@@ -23,7 +23,7 @@ namespace hm {
 namespace {
 
 /// A page whose levels differ in size and contents, by its key and version.
-void put_page(LiveStore& store, PageKey key, std::uint32_t version, std::size_t size) {
+void put_load_page(LiveStore& store, PageKey key, std::uint32_t version, std::size_t size) {
   PageLevels page;
   for (std::uint8_t level = 0; level < 3; ++level) {
     MeshPageFrame frame;
@@ -38,12 +38,12 @@ void put_page(LiveStore& store, PageKey key, std::uint32_t version, std::size_t 
 }
 
 /// What a viewer shows of a page: all that decides about its picture.
-struct ShownPage {
+struct LoadedPage {
   std::uint32_t version = 0;
   std::uint8_t level = 0;
   std::uint64_t vertices = 0;  ///< hash
 };
-using Model = std::map<PageKey, ShownPage>;
+using Model = std::map<PageKey, LoadedPage>;
 
 std::uint64_t model_hash(const Model& model) {
   Fnv1a hash;
@@ -142,7 +142,7 @@ TEST(StationLoad, FastAndSlowAndReturningViewersEndWithTheSameModel) {
       truth.erase(key);
     } else {
       const std::size_t size = 1000 + rng.below(30'000);
-      put_page(station->store(), key, version, size);
+      put_load_page(station->store(), key, version, size);
       truth[key] = {version, 0, fnv1a(std::vector<std::byte>(size, static_cast<std::byte>(version * 3)))};
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -174,7 +174,7 @@ TEST(StationLoad, AClientThatNeverReadsCostsNoMemoryAndHoldsNobodyUp) {
   }
   LiveViewer fast(port);
   const auto round = [&](std::uint32_t version) {
-    for (int x = 0; x < 40; ++x) put_page(station->store(), {x, 0, 0}, version, 100'000);
+    for (int x = 0; x < 40; ++x) put_load_page(station->store(), {x, 0, 0}, version, 100'000);
     station->store().put(LiveKind::kPose, 0, Time{version}, to_payload(PoseFrame{}));
     // The viewer that reads gets each pose while the others stand still.
     while (const auto message = fast.next())
@@ -194,10 +194,10 @@ TEST(StationLoad, AClientThatNeverReadsCostsNoMemoryAndHoldsNobodyUp) {
 
 TEST(StationLoad, AViewerThatComesBackGetsOnlyWhatChanged) {
   const auto station = start_station();
-  for (int x = 0; x < 30; ++x) put_page(station->store(), {x, 0, 0}, 1, 1000);
+  for (int x = 0; x < 30; ++x) put_load_page(station->store(), {x, 0, 0}, 1, 1000);
   std::string known;
   for (int x = 0; x < 30; ++x) known += fmt::format("{}{},0,0,1,0", x == 0 ? "" : ",", x);
-  put_page(station->store(), {7, 0, 0}, 2, 1000);
+  put_load_page(station->store(), {7, 0, 0}, 2, 1000);
   station->store().remove_page({8, 0, 0}, 2, {});
   WebClient client(port_of(*station), 0.3);
   ASSERT_EQ(client.upgrade("/live").status, 101);

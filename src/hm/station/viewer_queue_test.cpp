@@ -50,7 +50,7 @@ struct ShownPage {
 };
 
 /// What a viewer that keeps the rules shows: of a page the newest version and, of it, the finest level.
-struct Viewer {
+struct QueueViewer {
   std::map<PageKey, ShownPage> pages;
   std::vector<LiveKind> kinds;
   std::vector<PageKey> order;
@@ -74,8 +74,8 @@ struct Viewer {
 };
 
 /// Takes frames until there is none, and acknowledges each at once.
-Viewer drain(ViewerQueue& queue, Duration now = {}) {
-  Viewer viewer;
+QueueViewer drain(ViewerQueue& queue, Duration now = {}) {
+  QueueViewer viewer;
   while (const auto frame = queue.next(now)) {
     viewer.take(*frame);
     EXPECT_EQ(queue.acknowledge(frame->sequence, now), Acknowledged::kTaken);
@@ -122,7 +122,7 @@ class Line {
   }
   [[nodiscard]] std::int64_t now_ms() const { return now_ms_; }
   [[nodiscard]] std::size_t most_pending() const { return most_pending_; }
-  Viewer viewer;
+  QueueViewer viewer;
 
  private:
   ViewerQueue& queue_;
@@ -218,7 +218,7 @@ TEST(ViewerQueue, MuchIsSentCoarseFirstAndThenFine) {
   LiveStore store;
   ViewerQueue queue(store, 1);
   for (int x = 0; x < 200; ++x) put_page(store, {x, 0, 0}, 1);
-  const Viewer viewer = drain(queue);
+  const QueueViewer viewer = drain(queue);
   ASSERT_EQ(viewer.levels.size(), 400u);
   for (std::size_t i = 0; i < 400; ++i) EXPECT_EQ(viewer.levels[i], i < 200 ? 2 : 0);
   EXPECT_EQ(viewer.pages.size(), 200u);
@@ -262,7 +262,7 @@ TEST(ViewerQueue, LevelsThatAreMissingOrNotSmallerAreSkipped) {
   PageLevels coarse;
   coarse.levels[1] = page_payload({99, 0, 0}, 1, 1, 1000);
   store.put_page({99, 0, 0}, 1, {}, std::move(coarse));
-  const Viewer viewer = drain(queue);
+  const QueueViewer viewer = drain(queue);
   EXPECT_EQ(viewer.levels.size(), 51u);
   EXPECT_EQ(viewer.pages.at({99, 0, 0}), (ShownPage{1, 1}));
 }
@@ -273,7 +273,7 @@ TEST(ViewerQueue, CoarseLevelsComeLastToThoseWhoWantThem) {
   queue.want_all_levels();
   // Of two hundred pages the coarsest come first: that is not sent again.
   for (int x = 0; x < 200; ++x) put_page(store, {x, 1, 0}, 1);
-  const Viewer viewer = drain(queue);
+  const QueueViewer viewer = drain(queue);
   ASSERT_EQ(viewer.levels.size(), 600u);
   for (std::size_t i = 0; i < 600; ++i) EXPECT_EQ(viewer.levels[i], i < 200 ? 2 : i < 400 ? 0 : 1);
   for (int x = 0; x < 5; ++x) put_page(store, {x, 0, 0}, 1);
@@ -283,7 +283,7 @@ TEST(ViewerQueue, CoarseLevelsComeLastToThoseWhoWantThem) {
   put_page(store, {0, 0, 0}, 2);
   ASSERT_EQ(queue.next({})->kind, LiveKind::kMeshPage);
   put_page(store, {1, 0, 0}, 2);
-  const Viewer rest = drain(queue);
+  const QueueViewer rest = drain(queue);
   EXPECT_EQ(rest.order.front(), (PageKey{1, 0, 0}));
   EXPECT_THAT(rest.levels, ElementsAre(0, 1, 2, 1, 2));
 }
@@ -298,7 +298,7 @@ TEST(ViewerQueue, AResumedViewerGetsTheLevelsThatItLacks) {
   queue.know({2, 0, 0}, 3, 0);
   queue.know({3, 0, 0}, 2, 0);
   queue.know({3, 0, 0}, 2, 1);
-  const Viewer viewer = drain(queue);
+  const QueueViewer viewer = drain(queue);
   EXPECT_THAT(viewer.order, ElementsAre(PageKey{3}, PageKey{1}, PageKey{2}, PageKey{1}, PageKey{2},
                                         PageKey{3}, PageKey{3}));
   EXPECT_THAT(viewer.levels, ElementsAre(0, 0, 1, 1, 2, 1, 2));
@@ -315,7 +315,7 @@ TEST(ViewerQueue, AResumedViewerGetsWhatItLacks) {
   queue.know({2, 0, 0}, 2, 0);   // has an older one
   queue.know({3, 0, 0}, 3, 0);   // it is gone
   queue.know({77, 0, 0}, 3, 0);  // was never there
-  const Viewer viewer = drain(queue);
+  const QueueViewer viewer = drain(queue);
   EXPECT_THAT(viewer.order, testing::UnorderedElementsAre(PageKey{1}, PageKey{2}));
   EXPECT_EQ(std::count(viewer.kinds.begin(), viewer.kinds.end(), LiveKind::kPageGone), 1);
   EXPECT_EQ(viewer.kinds.size(), 3u);

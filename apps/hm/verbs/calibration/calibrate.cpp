@@ -17,16 +17,16 @@ hm::ResultFolderRequest result_folder_of(const CalibrateFlags& flags, const std:
   return {flags.output.folder_given, flags.output.existing(), "calibrate " + word, flags.input, kVersion};
 }
 
-void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
+void add_calibrate_output(Command command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start) {
   flags->output.add_to(command, name);
-  command.parse_complete_callback([flags, name] {
+  command.when_parsed([flags, name] {
     if (flags->output.folder_given.empty()) flags->output.folder_given = name;
   });
   if (start == CalibrationStart::kNone) return;
   command
       .add_option("--calibration", flags->start, "calibration.toml (or its folder) to extend with the result")
-      ->required(start == CalibrationStart::kRequired);
+      .required(start == CalibrationStart::kRequired);
 }
 
 namespace {
@@ -69,26 +69,26 @@ void add_calibrate(Program& program) {
        "  hm calibrate noise set/depth -o noise",
        {}});
   auto flags = std::make_shared<CalibrateFlags>();
-  CLI::App& intrinsics = program.add(
+  Command intrinsics = program.add(
       {"calibrate intrinsics", "Estimate focal lengths, principal point and lens distortion of one camera.",
        "  hm calibrate intrinsics set/color -o color\n"
        "  hm calibrate intrinsics set/ir -o both --camera depth --calibration color",
        [flags](Session& session) { return run_intrinsics(*flags, session); }});
-  intrinsics.add_option("pictures", flags->input, "folder of images of a board (.png, .jpg)")->required();
+  intrinsics.add_option("pictures", flags->input, "folder of images of a board (.png, .jpg)").required();
   add_calibrate_output(intrinsics, flags, "calibration", CalibrationStart::kOptional);
   intrinsics
       .add_option("--camera", flags->camera,
                   "camera that took the images: color (default) or depth (infrared)")
-      ->check(CLI::IsMember({"color", "depth"}));
+      .one_of({"color", "depth"});
   flags->board.add_to(intrinsics);
 
-  CLI::App& extrinsics = program.add(
+  Command extrinsics = program.add(
       {"calibrate extrinsics", "Estimate the transformation from the depth camera to the colour camera.",
        "  hm calibrate extrinsics set/stereo/ir set/stereo/color --calibration both -o rig",
        [flags](Session& session) { return run_extrinsics(*flags, session); }});
-  extrinsics.add_option("depth_images", flags->input, "folder of infrared images of the board")->required();
+  extrinsics.add_option("depth_images", flags->input, "folder of infrared images of the board").required();
   extrinsics.add_option("color_images", flags->second_input, "folder of colour images with the same names")
-      ->required();
+      .required();
   add_calibrate_output(extrinsics, flags, "calibration", CalibrationStart::kRequired);
   flags->board.add_to(extrinsics);
   add_calibrate_depth(program, flags);

@@ -48,7 +48,7 @@ hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
 }  // namespace
 
 void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>& flags) {
-  CLI::App& depth = program.add(
+  Command depth = program.add(
       {"calibrate depth", "Estimate the depth correction from images of a board at many distances.",
        "  hm calibrate depth set/depth --calibration rig -o corrected\n"
        "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic",
@@ -57,31 +57,30 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
       .add_option("set", flags->input,
                   "folder of poses (color.png, depth*.png each; or files 0007-c1.jpg, 0007-d.pgm), or of "
                   "train/ and test/")
-      ->required();
+      .required();
   add_calibrate_output(depth, flags, "calibration", CalibrationStart::kRequired);
   depth
       .add_option("--depth-units-per-m", flags->depth_units_per_m,
                   "value in the depth images for one metre (default: 1000)")
-      ->check(positive_number());
+      .above_zero();
   depth.add_flag("--raw-disparity", flags->is_raw_disparity,
                  "depth images hold the raw disparity of a Kinect (11 bits): its model is fitted first");
   flags->board.add_to(depth);
 
-  CLI::App& noise =
+  Command noise =
       program.add({"calibrate noise", "Estimate the depth noise as a function of distance, for --params.",
                    "  hm calibrate noise set/depth -o noise\n"
                    "  hm calibrate noise recording --from planes -o noise_of_planes",
                    [flags](Session& session) { return run_noise(*flags, session); }});
   noise.add_option("input", flags->input, "recording, or folder of poses as for `calibrate depth`")
-      ->required();
+      .required();
   add_calibrate_output(noise, flags, "noise", CalibrationStart::kNone);
   noise
       .add_option("--from", flags->from,
                   "static (default): repeated readings, nothing may move; planes: scatter of readings on "
                   "smooth surfaces")
-      ->check(CLI::IsMember({"static", "planes"}));
-  noise.add_option("--frames", flags->frames, "maximum number of frames (default: 300)")
-      ->check(positive_number());
+      .one_of({"static", "planes"});
+  noise.add_option("--frames", flags->frames, "maximum number of frames (default: 300)").above_zero();
   noise.add_flag(
       "--raw-disparity", flags->is_raw_disparity,
       "folder of poses with the raw disparity of a Kinect (constants: from --calibration, else published)");

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kMagic = "HMDEPTH1";
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
-class Bytes {
+class CorrectionBytes {
  public:
   void add(std::string_view text) { bytes_.insert(bytes_.end(), text.begin(), text.end()); }
   template <class T>
@@ -86,7 +86,7 @@ Result<DepthCorrectionModel> read_depth_correction(const std::filesystem::path& 
 Result<void> write_depth_correction(const std::filesystem::path& path, const DepthCorrectionModel& model) {
   if (const auto checked = check_model(model); !checked)
     return fail(ErrorCode::kInvalidValue, path, "{}", checked.error().message);
-  Bytes bytes;
+  CorrectionBytes bytes;
   bytes.add(kMagic);
   bytes.add(static_cast<std::int32_t>(model.mode));
   for (const int number : {model.width, model.height, model.columns, model.rows, model.terms})

@@ -11,7 +11,7 @@ constexpr double kLeast_m = 0.01, kLeast_rad = 0.005;
 /// Shorter motions teach nothing.
 constexpr double kLeastWay_m = 0.05, kLeastTurn_rad = 0.05;
 /// An error counts as this many deviations at most.
-constexpr double kMostDeviations = 3;
+constexpr double kMostDeviationsOfWheels = 3;
 
 /// A motion is split along its own direction; one on the spot along x.
 Mat2 axes_of(const SE2& motion) {
@@ -24,14 +24,14 @@ Mat2 axes_of(const SE2& motion) {
 
 /// Factor on the innovation of an error so many variances large.
 double trust(double error2, double variance) {
-  const double limit = kMostDeviations * kMostDeviations * variance;
+  const double limit = kMostDeviationsOfWheels * kMostDeviationsOfWheels * variance;
   return error2 <= limit ? 1 : std::sqrt(limit / error2);
 }
 
 }  // namespace
 
 void WheelCalibration::Spread::learn(double error2, double amount) {
-  const double limit = kMostDeviations * kMostDeviations * variance;
+  const double limit = kMostDeviationsOfWheels * kMostDeviationsOfWheels * variance;
   count += 1;
   variance += (std::clamp(error2 / amount, 0.0, limit) - variance) / count;
 }

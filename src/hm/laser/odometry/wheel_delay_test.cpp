@@ -12,14 +12,14 @@ namespace hm {
 namespace {
 
 constexpr double kInterval_s = 0.1;
-constexpr int kScans = 400;
+constexpr int kDelayedScans = 400;
 
 /// A drive whose odometry is read at the stamps of the scans, and interpolated between them.
 struct Drive {
   double late_s = 0;       ///< of the scans' stamps
   double swing_rad = 0.8;  ///< of the heading, to and fro
   double matched_noise_rad = 0.005, wheel_noise_rad = 0, rounded_to_rad = 0;
-  int scans = kScans;
+  int scans = kDelayedScans;
 
   [[nodiscard]] double heading_rad(double time_s) const {
     return swing_rad * (std::sin(1.1 * time_s) + 0.25 * std::sin(4.3 * time_s));
@@ -77,7 +77,7 @@ TEST(WheelDelay, IsZeroWhereNothingElseIsClearlyBetter) {
   EXPECT_EQ((Drive{.late_s = 1.2}.learn(1)), 0);
   // The same turn all the time.
   WheelDelay delay;
-  for (int i = 0; i < kScans; ++i)
+  for (int i = 0; i < kDelayedScans; ++i)
     delay.learn(Time::from_seconds(0.1 * i), Time::from_seconds(0.1 * i + 0.1), 0.05,
                 [](Time time) { return std::optional(0.5 * time.seconds()); });
   EXPECT_EQ(delay.delay(), Duration{});

@@ -9,18 +9,18 @@ namespace hm {
 
 namespace {
 
-struct Reading {
+struct PixelReading {
   double depth_m = 0, weight = 0;
 };
 
 /// Valid readings of the window around a pixel; their number is `size`.
-struct Window {
-  std::array<Reading, 9> readings;
+struct PixelWindow {
+  std::array<PixelReading, 9> readings;
   std::size_t size = 0;
 };
 
-Window valid_window(const DepthImage& depth, int x, int y, const MixtureWeights& weights) {
-  Window window;
+PixelWindow valid_window(const DepthImage& depth, int x, int y, const MixtureWeights& weights) {
+  PixelWindow window;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, depth.height() - 1); ++v) {
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, depth.width() - 1); ++u) {
       const double z = depth.depth_m(u, v);
@@ -43,7 +43,7 @@ struct Moments {
   double mean_m = 0, noise_m2 = 0, scatter_m2 = 0, squared_shares = 0;
 };
 
-Moments moments_of(const Window& window, const DepthNoise& noise) {
+Moments moments_of(const PixelWindow& window, const DepthNoise& noise) {
   double sum_weight = 0, sum_squares = 0, sum_depth = 0;
   for (std::size_t i = 0; i < window.size; ++i) {
     sum_weight += window.readings[i].weight;

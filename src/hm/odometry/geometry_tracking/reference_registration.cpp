@@ -21,9 +21,9 @@ constexpr double kImageSigma_m = 0.002, kImageSigma_rad = 0.001;
 // grows with the square of the depth, the window with the depth. With 0.0005, fast turns over the desk of
 // tum_fr1_rpy (tuning half, 50 frames without colour) slid by 20 cm along it; with this by 9.
 constexpr double kNormalVariance_m2 = 0.0002;
-constexpr int kComparedNormals = 4;       // every n-th cell in both directions
-constexpr double kSameNormal = 0.87;      // cosine of the angle up to which two normals may be of one surface
-constexpr double kSameSurfaceSigmas = 4;  // and their distance
+constexpr int kComparedNormals = 4;      // every n-th cell in both directions
+constexpr double kSameNormal = 0.87;     // cosine of the angle up to which two normals may be of one surface
+constexpr double kSameNormalSigmas = 4;  // and their distance
 constexpr std::size_t kLeastNormals = 30;
 constexpr double kConfirmedSigmas = 2;  // of the sum of both, beyond which it is no chance
 constexpr double kStill = 3e-5, kNearlyStill = 5e-4, kLongestStep = 0.5;  // m and rad
@@ -42,16 +42,16 @@ Mat6 damping_by(const Mat6& information, const Mat6& covariance) {
   return loose * inverse_of(information + loose);
 }
 
-struct Sums {
+struct RegistrationSums {
   Mat6 information = Mat6::Zero(), exact_information = Mat6::Zero(), covariance = Mat6::Zero();
   Vec6 gradient = Vec6::Zero();
   double weight = 0;
 };
 
-Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current,
-                      std::span<const SurfaceElement> normals, const SE3& T, const SurfaceMatching& matching,
-                      double depth_m) {
-  Sums sums;
+RegistrationSums compare_with_all(std::span<const ReferenceSurface> references, const DepthGrid& current,
+                                  std::span<const SurfaceElement> normals, const SE3& T,
+                                  const SurfaceMatching& matching, double depth_m) {
+  RegistrationSums sums;
   const Mat6 of_image = image_covariance();
   for (const ReferenceSurface& reference : references) {
     const SE3 T_ref_cur = reference.T_odom_depth.inverse() * T;
@@ -123,7 +123,7 @@ NormalComparison compare_normals(const SurfaceGrid& surface, std::span<const Sur
     const Vec3 other_normal = R_current_surface * other->normal.cast<double>();
     const double distance = other->normal.cast<double>().dot(p_surface - other->point.cast<double>());
     const double sigma_m = std::hypot(element.sigma_m, other->sigma_m);
-    if (normal.dot(other_normal) < kSameNormal || std::abs(distance) > kSameSurfaceSigmas * sigma_m) continue;
+    if (normal.dot(other_normal) < kSameNormal || std::abs(distance) > kSameNormalSigmas * sigma_m) continue;
     Vec6 by_surface, by_image;
     by_surface << other_normal, p.cross(other_normal);
     by_image << normal, p.cross(normal);
@@ -174,7 +174,7 @@ ReferenceRegistration register_to_references(std::span<const ReferenceSurface> r
   const double depth_m = mean_depth_m(current);
   const std::vector<SurfaceElement> normals = sample_surface(current, noise, kComparedNormals);
   ReferenceRegistration result{prediction.T_odom_camera};
-  Sums sums;
+  RegistrationSums sums;
   for (const double gate_m : reach == RegistrationReach::kNear ? kNearGates_m : kFarGates_m)
     for (int iteration = 0; iteration < kIterationsPerGate; ++iteration) {
       sums = compare_with_all(references, current, normals, result.T_odom_depth,

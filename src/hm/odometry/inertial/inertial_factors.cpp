@@ -3,6 +3,9 @@
 namespace hm {
 namespace {
 
+// As kTurnFloor_rad.
+constexpr double kVelocityFloor_m_s = 2e-3, kPositionFloor_m = 2e-4;
+
 /// Products of rotations lose their orthonormality, which predictions and registrations would amplify in
 /// turn.
 Mat3 orthonormal(const Mat3& R) { return Eigen::Quaterniond(R).normalized().toRotationMatrix(); }
@@ -89,6 +92,21 @@ InertialState propagated(const InertialState& first, const InertialCommon& commo
   return {SE3(orthonormal(R * between.dR), first.T_odom_camera.translation() + first.velocity_m_s * dt +
                                                0.5 * dt * dt * g + R * between.dp),
           first.velocity_m_s + g * dt + R * between.dv};
+}
+
+Mat9 inertial_covariance(const Preintegration& between) {
+  Vec9 floor;
+  floor << Vec3::Constant(kTurnFloor_rad), Vec3::Constant(kVelocityFloor_m_s),
+      Vec3::Constant(kPositionFloor_m);
+  Mat9 covariance = between.covariance;
+  covariance.diagonal() += floor.cwiseAbs2();
+  return covariance;
+}
+
+Mat6 pose_by_state(const Mat3& R_odom_camera) {
+  Mat6 J = Mat6::Identity();
+  J.topLeftCorner<3, 3>() = R_odom_camera.transpose();
+  return J;
 }
 
 }  // namespace hm

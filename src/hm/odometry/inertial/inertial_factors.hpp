@@ -46,6 +46,15 @@ struct InertialResidual {
 InertialResidual inertial_residual(const InertialState& first, const InertialState& second,
                                    const InertialCommon& common, const Preintegration& between);
 
+/// Standard deviation of the rotation over an interval besides the noise of the readings, rad: interpolation,
+/// jitter of stamps.
+inline constexpr double kTurnFloor_rad = 2e-4;
+/// Covariance of the residual's value: noise of the readings, and the same for rotation, velocity, position.
+Mat9 inertial_covariance(const Preintegration& between);
+
+/// Derivative of a pose's perturbation (T exp([translation; rotation])) by that of a state ([0:6]).
+Mat6 pose_by_state(const Mat3& R_odom_camera);
+
 /// State after the readings: where the residual is zero.
 InertialState propagated(const InertialState& first, const InertialCommon& common,
                          const Preintegration& between);

@@ -30,14 +30,14 @@ bool spans(std::span<const ImuSample> readings, Time begin, Time end) {
 }
 
 /// Integrals over time: each sample is valid from halfway to the previous one to halfway to the next.
-struct Sums {
+struct ReadingSums {
   Mat3 R_begin_end = Mat3::Identity();
   Vec3 force = Vec3::Zero();
   double duration_s = 0;
 };
 
-Sums integrate(std::span<const ImuSample> readings, Time begin, Time end) {
-  Sums sums;
+ReadingSums integrate(std::span<const ImuSample> readings, Time begin, Time end) {
+  ReadingSums sums;
   Time from = begin;
   for (std::size_t i = 0; i < readings.size() && from < end; ++i) {
     Time to = end;
@@ -74,7 +74,7 @@ MotionHint InertialHints::next(Time stamp) {
   if (!last || !(stamp > *last)) return hint;
   const auto readings = readings_over(imu_->samples, *last, stamp);
   if (!spans(readings, *last, stamp)) return hint;
-  const Sums sums = integrate(readings, *last, stamp);
+  const ReadingSums sums = integrate(readings, *last, stamp);
   if (use_ != ImuUse::kGravity && imu_->has_gyroscope) hint.R_last_current = sums.R_begin_end;
   if (use_ != ImuUse::kGyroscope) hint.force_camera_m_s2 = sums.force / sums.duration_s;
   return hint;

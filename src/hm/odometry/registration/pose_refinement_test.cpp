@@ -11,14 +11,14 @@
 namespace hm {
 namespace {
 
-const PinholeCamera kCamera{640, 480, 525, -520, 319.5, 239.5, {}};  // mirrored, as ICL-NUIM has it
+const PinholeCamera kMirroredCamera{640, 480, 525, -520, 319.5, 239.5, {}};  // mirrored, as ICL-NUIM has it
 
 PointObservation observe(const Vec3& p_odom, const SE3& T_odom_camera, bool depth) {
   PointObservation out;
   out.p_odom = p_odom;
   out.covariance = Vec3(1e-4, 4e-4, 2e-4).asDiagonal();
   const Vec3 p = T_odom_camera.inverse() * p_odom;
-  out.pixel = kCamera.project(p);
+  out.pixel = kMirroredCamera.project(p);
   out.pixel_covariance << 0.2, 0.05, 0.05, 0.1;
   if (depth) out.depth_m = p.z(), out.depth_variance_m2 = 1e-4;
   return out;
@@ -30,21 +30,22 @@ TEST(PoseRefinement, JacobiansAreTheNumericOnes) {
     const SE3 T = random_motion(rng, 1, 0.6);
     PointObservation observation = observe(T * point_in_view(rng), T, trial % 2 == 0);
     observation.pixel += Vec2(1.5, -0.7);
-    const auto residual = point_residual(observation, T, kCamera);
+    const auto residual = point_residual(observation, T, kMirroredCamera);
     ASSERT_TRUE(residual);
     constexpr double h = 1e-6;
     for (int i = 0; i < 6; ++i) {
       const Vec6 step = h * Vec6::Unit(i);
-      const Vec3 numeric = (point_residual(observation, T * SE3::exp(step), kCamera)->value -
-                            point_residual(observation, T * SE3::exp(-step), kCamera)->value) /
+      const Vec3 numeric = (point_residual(observation, T * SE3::exp(step), kMirroredCamera)->value -
+                            point_residual(observation, T * SE3::exp(-step), kMirroredCamera)->value) /
                            (2 * h);
       EXPECT_LT((numeric - residual->by_pose.col(i)).norm(), 1e-4 * (1 + numeric.norm())) << i;
     }
     for (int i = 0; i < 3; ++i) {
       PointObservation plus = observation, minus = observation;
       plus.p_odom[i] += h, minus.p_odom[i] -= h;
-      const Vec3 numeric =
-          (point_residual(plus, T, kCamera)->value - point_residual(minus, T, kCamera)->value) / (2 * h);
+      const Vec3 numeric = (point_residual(plus, T, kMirroredCamera)->value -
+                            point_residual(minus, T, kMirroredCamera)->value) /
+                           (2 * h);
       EXPECT_LT((numeric - residual->by_point.col(i)).norm(), 1e-4 * (1 + numeric.norm())) << i;
     }
   }
@@ -53,11 +54,11 @@ TEST(PoseRefinement, JacobiansAreTheNumericOnes) {
 TEST(PoseRefinement, WithoutDepthOnlyThePixelCounts) {
   Rng rng(2);
   const SE3 T = random_motion(rng, 1, 0.5);
-  const auto residual = point_residual(observe(T * Vec3(0.2, 0.1, 2), T, false), T, kCamera);
+  const auto residual = point_residual(observe(T * Vec3(0.2, 0.1, 2), T, false), T, kMirroredCamera);
   EXPECT_EQ(residual->value.z(), 0);
   EXPECT_EQ(residual->information(2, 2), 0);
   EXPECT_FALSE(point_residual(observe(T * Vec3(0.2, 0.1, 2), T, false),
-                              T * SE3(Mat3::Identity(), Vec3(0, 0, 3)), kCamera));
+                              T * SE3(Mat3::Identity(), Vec3(0, 0, 3)), kMirroredCamera));
 }
 
 TEST(PoseRefinement, FindsTheMotionAmongSixtyPercentOutliers) {
@@ -73,7 +74,7 @@ TEST(PoseRefinement, FindsTheMotionAmongSixtyPercentOutliers) {
   }
   SE3 T = truth * SE3::exp((Vec6() << 0.01, -0.01, 0.02, 0.004, -0.004, 0.003).finished());
   for (int i = 0; i < 30; ++i) {
-    const PoseEquations equations = point_equations(observations, T, kCamera);
+    const PoseEquations equations = point_equations(observations, T, kMirroredCamera);
     T = T * SE3::exp(-equations.information.ldlt().solve(equations.gradient));
   }
   EXPECT_LT((T.inverse() * truth).log().norm(), 0.01);  // the influence of outliers is bounded
@@ -91,9 +92,10 @@ TEST(PoseRefinement, TheVarianceScaleIsThatOfTheResiduals) {
       o.pixel += Vec2(dx, rng.normal(0, 0.5 * factor));
       observations.push_back(o);
     }
-    EXPECT_NEAR(residual_variance_scale(observations, {}, kCamera), factor * factor, 0.1 * factor * factor);
+    EXPECT_NEAR(residual_variance_scale(observations, {}, kMirroredCamera), factor * factor,
+                0.1 * factor * factor);
   }
-  EXPECT_EQ(residual_variance_scale({}, {}, kCamera), 1);
+  EXPECT_EQ(residual_variance_scale({}, {}, kMirroredCamera), 1);
 }
 
 TEST(PoseRefinement, GravityJacobianIsTheNumericOne) {

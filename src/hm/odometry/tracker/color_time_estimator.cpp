@@ -11,17 +11,17 @@
 namespace hm {
 namespace {
 
-constexpr double kSharedErrors = 20;  // landmarks keep their errors from frame to frame
+constexpr double kSharedLandmarkErrors = 20;  // landmarks keep their errors from frame to frame
 constexpr double kPriorSigma_s = 0.02, kPriorDelaySigma_s = 0.01;
 constexpr double kLeastSigma_s = 0.0012;  // of the readout: older frames are forgotten
 constexpr double kSignificance = 3;       // standard deviations
 constexpr double kLeastReadout_s = 0.004, kLeastDelay_s = 0.004;  // shorter ones are not worth it
-constexpr double kDamping = 1e-3;
+constexpr double kColorTimeDamping = 1e-3;
 constexpr double kColorTimeReadingWeight = 0.1;  // readings of one surface are correlated
 constexpr double kReferenceSigma_px = 0.3;
 constexpr double kLeastIncidence = 0.2;  // cosine between a ray and the surface's normal
 constexpr std::size_t kMinPairs = 20;
-constexpr int kIterations = 3;
+constexpr int kColorTimeIterations = 3;
 using Mat62 = Eigen::Matrix<double, 6, 2>;
 
 /// Derivative of a row's time by [readout; delay].
@@ -163,21 +163,23 @@ void ColorTimeEstimator::add(const MapKeyframe& reference, const TimedFrame& fra
                   frame.T_odom_camera * views.cur_rows.T_camera_depth();
   TimeEquations equations;
   Mat62 by_times;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kColorTimeIterations; ++iteration) {
     equations = {};
     equations.pose = surface_equations(reference.surface, grid, T_ref_cur, {noise, 2, 4, 0.0});
     equations.pose.information *= kColorTimeReadingWeight;
     equations.pose.gradient *= kColorTimeReadingWeight;
     for (const Pair& pair : pairs) add_pair(views, pair, T_ref_cur, equations);
-    equations.pose.information.diagonal().array() += kDamping;
+    equations.pose.information.diagonal().array() += kColorTimeDamping;
     const Mat6 covariance = inverse_of(equations.pose.information);
     by_times = covariance * equations.cross;
     const Vec6 step = -covariance * equations.pose.gradient;
     if (!step.allFinite() || step.norm() > 0.2) return;
-    if (iteration + 1 < kIterations) T_ref_cur = T_ref_cur * SE3::exp(step);
+    if (iteration + 1 < kColorTimeIterations) T_ref_cur = T_ref_cur * SE3::exp(step);
   }
-  const Mat2 information = (equations.information - equations.cross.transpose() * by_times) / kSharedErrors;
-  const Vec2 gradient = (equations.gradient - by_times.transpose() * equations.pose.gradient) / kSharedErrors;
+  const Mat2 information =
+      (equations.information - equations.cross.transpose() * by_times) / kSharedLandmarkErrors;
+  const Vec2 gradient =
+      (equations.gradient - by_times.transpose() * equations.pose.gradient) / kSharedLandmarkErrors;
   information_ += information;
   vector_ += information * Vec2(now.readout_s, now.delay_s) - gradient;
   const double kept = std::min(1.0, 1 / (kLeastSigma_s * kLeastSigma_s * information_(0, 0)));

@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-const PinholeCamera kCamera{640, 480, 525, 525, 319.5, 239.5, {}};
+const PinholeCamera kMapCamera{640, 480, 525, 525, 319.5, 239.5, {}};
 
 MapLandmark landmark_at(const Vec3& p, std::size_t anchor) {
   MapLandmark landmark;
@@ -77,16 +77,16 @@ TEST(LocalMap, CandidatesAreInViewAndSpread) {
   for (int i = 0; i < 1000; ++i) {  // most in a corner of the image
     const double x = rng.uniform(i < 900 ? 200.0 : 20.0, i < 900 ? 250.0 : 620.0);
     const double y = rng.uniform(i < 900 ? 200.0 : 20.0, i < 900 ? 250.0 : 460.0);
-    map.add_landmark(landmark_at(kCamera.unproject(Vec2(x, y), 2), identity));
+    map.add_landmark(landmark_at(kMapCamera.unproject(Vec2(x, y), 2), identity));
   }
   map.add_landmark(landmark_at(Vec3(0, 0, -2), identity));
   map.add_landmark(landmark_at(Vec3(50, 0, 2), identity));
-  const auto chosen = map.candidates({}, kCamera, 100);
+  const auto chosen = map.candidates({}, kMapCamera, 100);
   EXPECT_EQ(chosen.size(), 100u);
   int crowded = 0;
   std::set<std::size_t> different;
   for (const Candidate& candidate : chosen) {
-    EXPECT_LT((kCamera.project(map.landmark(candidate.landmark).p_odom) - candidate.pixel).norm(), 1e-9);
+    EXPECT_LT((kMapCamera.project(map.landmark(candidate.landmark).p_odom) - candidate.pixel).norm(), 1e-9);
     crowded += candidate.pixel.x() > 200 && candidate.pixel.x() < 250 && candidate.pixel.y() > 200 &&
                candidate.pixel.y() < 250;
     different.insert(candidate.landmark);
@@ -95,8 +95,8 @@ TEST(LocalMap, CandidatesAreInViewAndSpread) {
   EXPECT_LT(crowded, 60);  // of 900 of the 1000
   // Seen from behind or from far away they look different: none is searched for.
   const SE3 behind(so3_exp(Vec3(0, 3.14159, 0)), Vec3(0, 0, 4));
-  EXPECT_TRUE(map.candidates(behind, kCamera, 100).empty());
-  EXPECT_TRUE(map.candidates(SE3(Mat3::Identity(), Vec3(0, 0, -4)), kCamera, 100).empty());
+  EXPECT_TRUE(map.candidates(behind, kMapCamera, 100).empty());
+  EXPECT_TRUE(map.candidates(SE3(Mat3::Identity(), Vec3(0, 0, -4)), kMapCamera, 100).empty());
 }
 
 TEST(LocalMap, ForgetsWhatIsLookedForInVain) {

@@ -9,7 +9,7 @@ namespace hm {
 namespace {
 
 constexpr int kStride = 2;                    // every other cell of the depth grid is enough
-constexpr double kWideGate_m = 0.01;          // of the first association
+constexpr double kFilterWideGate_m = 0.01;    // of the first association
 constexpr double kMotionReadingWeight = 0.3;  // readings of one surface are correlated
 constexpr double kMotionSigma_m = 0.0005, kMotionSigma_rad = 0.002;  // of surfaces' motion besides noise
 constexpr double kLeastTremble_m = 0.0002, kLeastTremble_rad = 0.0001;
@@ -19,8 +19,8 @@ constexpr double kMemory_frames = 20, kFirstFrames = 5;
 // Jitter j makes the difference j(k) - j(k-1); its change, j(k) - 2 j(k-1) + j(k-2), has 1 + 4 + 1 variances
 // of it, and two of the surfaces' own errors.
 constexpr double kJitterOfChange = 6;
-constexpr double kMinShareSeen = 0.2;  // of a degree of freedom; with less, the jitter is not estimated
-constexpr double kMaxStep = 0.2;       // m and rad: more is a failure
+constexpr double kMinShareSeen = 0.2;   // of a degree of freedom; with less, the jitter is not estimated
+constexpr double kFilterMaxStep = 0.2;  // m and rad: more is a failure
 
 Mat6 diagonal(double translation, double rotation) {
   Vec6 values;
@@ -42,7 +42,7 @@ MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
                                                          const SE3& T_last_camera) const {
   const Mat6 prior = Mat6::Identity() / (kPriorSigma * kPriorSigma);
   SurfaceMotion motion{T_last_camera, {}};
-  for (const double extra_gate_m : {kWideGate_m, 0.0}) {
+  for (const double extra_gate_m : {kFilterWideGate_m, 0.0}) {
     if (extra_gate_m == 0) motion.T_last_camera = T_last_camera * SE3::exp(motion.disagreement);
     motion.equations = surface_equations(surface_, grid, motion.T_last_camera, {noise_, 1, 4, extra_gate_m});
     motion.equations.information *= kMotionReadingWeight;
@@ -93,7 +93,7 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
   const Vec6 from_model = (T_odom_camera.inverse() * T_predicted).log();
   const Vec6 step =
       -solve_symmetric(information, damping * motion.equations.gradient + of_model * from_model);
-  if (!step.allFinite() || step.norm() > kMaxStep) {
+  if (!step.allFinite() || step.norm() > kFilterMaxStep) {
     restart(grid, T_odom_camera);
     return T_odom_camera;
   }

@@ -9,7 +9,7 @@ namespace {
 constexpr double kFailureFrame_s = 1.0 / 30;
 constexpr int kBefore = 20, kFailed = 3;
 
-RgbdFrame frame_at(int index, const SE3& T_world_camera, const TexturedRoom& room = {}) {
+RgbdFrame room_frame_at(int index, const SE3& T_world_camera, const TexturedRoom& room = {}) {
   RgbdFrame frame =
       render_room(room, room_camera(), T_world_camera, Time::from_seconds(1 + index * kFailureFrame_s));
   frame.index = static_cast<std::size_t>(index);
@@ -26,7 +26,7 @@ RgbdFrame failing_frame(Failure failure, int index) {
   if (failure == Failure::kAnotherRoom) room.seed = 77;
   // From another position, so that surfaces alone do not fit either.
   const SE3 T(so3_exp(Vec3(0.3, 2.0, 0)), Vec3(-0.9, 0.4, 0.5));
-  RgbdFrame frame = frame_at(index, T, room);
+  RgbdFrame frame = room_frame_at(index, T, room);
   if (failure == Failure::kNoReadingAndDark || failure == Failure::kSingleDepth) {
     const std::uint16_t units = failure == Failure::kSingleDepth ? 2000 : 0;
     std::fill(frame.depth.units.pixels().begin(), frame.depth.units.pixels().end(), units);
@@ -38,7 +38,7 @@ RgbdFrame failing_frame(Failure failure, int index) {
 std::vector<TrackedFrame> track_past(Failure failure) {
   const auto odometry = make_tracker({}, room_camera(), path_pose(0));
   TrackedFrame last;
-  for (int i = 0; i < kBefore; ++i) last = odometry->track(frame_at(i, path_pose(i * kFailureFrame_s)));
+  for (int i = 0; i < kBefore; ++i) last = odometry->track(room_frame_at(i, path_pose(i * kFailureFrame_s)));
   EXPECT_TRUE(last.T_odom_camera) << last.reason;
   const std::size_t points = last.numbers.model_points, bytes = odometry->memory_bytes();
   for (int i = kBefore; i < kBefore + kFailed; ++i) {
@@ -52,7 +52,7 @@ std::vector<TrackedFrame> track_past(Failure failure) {
   }
   std::vector<TrackedFrame> after;
   for (int i = kBefore + kFailed; i < kBefore + kFailed + 8; ++i)
-    after.push_back(odometry->track(frame_at(i, path_pose((i - kFailed) * kFailureFrame_s))));
+    after.push_back(odometry->track(room_frame_at(i, path_pose((i - kFailed) * kFailureFrame_s))));
   return after;
 }
 

@@ -10,7 +10,7 @@ namespace hm {
 namespace {
 
 constexpr double kCarriedFrame_s = 1.0 / 30;
-constexpr int kFrames = 75;
+constexpr int kInertialFrames = 75;
 
 /// Specific force on the path through the room, whose y axis points down.
 Vec3 force_at(double t) {
@@ -24,7 +24,7 @@ Vec3 force_at(double t) {
 const std::vector<RgbdFrame>& frames() {
   static const std::vector<RgbdFrame> kRendered = [] {
     std::vector<RgbdFrame> rendered;
-    for (int i = 0; i < kFrames; ++i)
+    for (int i = 0; i < kInertialFrames; ++i)
       rendered.push_back(render_room({}, room_camera(), path_pose(i * kCarriedFrame_s),
                                      Time::from_seconds(1 + i * kCarriedFrame_s)));
     return rendered;
@@ -41,7 +41,7 @@ template <class Hint>
 Walked walk(const Hint& hint_at) {
   const auto odometry = make_tracker({}, room_camera(), path_pose(0));
   Walked walked;
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kInertialFrames; ++i) {
     const double t = i * kCarriedFrame_s;
     const TrackedFrame tracked = odometry->track(frames()[static_cast<std::size_t>(i)], hint_at(t));
     walked.used += tracked.numbers.gravity == GravityUse::kUsed;
@@ -90,7 +90,7 @@ TEST(TrackerInertia, AWrongGyroscopeDoesNoHarm) {
   MotionHint hint;
   hint.R_last_current = so3_exp(Vec3(0.2, -0.3, 0.5));
   const Walked walked = walk([&](double) { return hint; });
-  EXPECT_EQ(walked.turns, kFrames - 1);
+  EXPECT_EQ(walked.turns, kInertialFrames - 1);
   EXPECT_EQ(walked.lost, 0);
   EXPECT_LT(walked.worst_m, 0.003);
 }

@@ -9,8 +9,8 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kCoarsePixels = 2000;
-constexpr double kSurfaceElements = 1200;  // at most, of those compared
-constexpr double kClearlyBetter = 0.85;    // intensity difference relative to the photometric result
+constexpr double kSurfaceElements = 1200;         // at most, of those compared
+constexpr double kClearlyBetterBySurface = 0.85;  // intensity difference relative to the photometric result
 constexpr double kMaxExtrapolation_s = 0.5;
 // Correlation. Blurred pictures of one place have 0.85 and more (fr1/rpy, simulated house); of unlike views
 // of a recording, at most four pairs in a thousand have more.
@@ -67,7 +67,8 @@ SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& fra
     motions.push_back(motion.T_ref_cur);
   if (motions.empty()) return turned.T_ref_cur;
   const PhotometricResult by_surface = align_photometrically(reference.picture, frame.pyramid, motions);
-  return by_surface.residual < kClearlyBetter * turned.residual ? by_surface.T_ref_cur : turned.T_ref_cur;
+  return by_surface.residual < kClearlyBetterBySurface * turned.residual ? by_surface.T_ref_cur
+                                                                         : turned.T_ref_cur;
 }
 
 }  // namespace hm

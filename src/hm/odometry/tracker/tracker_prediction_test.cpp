@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-constexpr double kPeriod_s = 1.0 / 30;
+constexpr double kFramePeriod_s = 1.0 / 30;
 
 double difference(const SE3& a, const SE3& b) { return (a.inverse() * b).log().norm(); }
 
@@ -15,10 +15,11 @@ SE3 motion_over(double duration_s) {
 
 TEST(ConstantVelocity, TheMotionGrowsWithTheTime) {
   ConstantVelocity velocity;
-  EXPECT_EQ(difference(velocity.motion(kPeriod_s), {}), 0);
-  velocity.update(motion_over(kPeriod_s), kPeriod_s);
+  EXPECT_EQ(difference(velocity.motion(kFramePeriod_s), {}), 0);
+  velocity.update(motion_over(kFramePeriod_s), kFramePeriod_s);
   for (const int dropped : {0, 1, 2, 5})
-    EXPECT_LT(difference(velocity.motion((1 + dropped) * kPeriod_s), motion_over((1 + dropped) * kPeriod_s)),
+    EXPECT_LT(difference(velocity.motion((1 + dropped) * kFramePeriod_s),
+                         motion_over((1 + dropped) * kFramePeriod_s)),
               1e-9)
         << dropped;
 }
@@ -26,13 +27,13 @@ TEST(ConstantVelocity, TheMotionGrowsWithTheTime) {
 /// The frame after a gap is followed by one at the usual interval.
 TEST(ConstantVelocity, AGapBeforeTheLastFrameDoesNotCount) {
   ConstantVelocity velocity;
-  velocity.update(motion_over(4 * kPeriod_s), 4 * kPeriod_s);
-  EXPECT_LT(difference(velocity.motion(kPeriod_s), motion_over(kPeriod_s)), 1e-9);
+  velocity.update(motion_over(4 * kFramePeriod_s), 4 * kFramePeriod_s);
+  EXPECT_LT(difference(velocity.motion(kFramePeriod_s), motion_over(kFramePeriod_s)), 1e-9);
 }
 
 TEST(ConstantVelocity, ALongGapIsNotExtrapolated) {
   ConstantVelocity velocity;
-  velocity.update(motion_over(kPeriod_s), kPeriod_s);
+  velocity.update(motion_over(kFramePeriod_s), kFramePeriod_s);
   EXPECT_LT(difference(velocity.motion(60), motion_over(0.5)), 1e-9);
   velocity.reset();
   EXPECT_EQ(difference(velocity.motion(60), {}), 0);

@@ -9,8 +9,8 @@
 namespace hm {
 namespace {
 
-constexpr double kConverged = 2e-5;     // metres and radians
-constexpr int kWideGateIterations = 2;  // of the surface's association
+constexpr double kRegistrationConverged = 2e-5;  // metres and radians
+constexpr int kWideGateIterations = 2;           // of the surface's association
 constexpr double kWideGate_m = 0.03;
 constexpr double kMaxVarianceScale = 16;      // beyond this the pose is wrong
 constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
@@ -20,7 +20,7 @@ constexpr int kFewInliers = 6;  // whose residuals say nothing of the variance
 // Of inertial factors among landmarks, whose sightings in a keyframe err together but count as independent.
 // Simulated house, seed 1, 800 frames at 5 Hz: rotations err by up to 0.09 rad without, 0.03 with it.
 constexpr double kInertialWeight = 33;
-constexpr double kDamping = 1e-3;  // keeps the system regular in unobserved directions
+constexpr double kRegistrationDamping = 1e-3;  // keeps the system regular in unobserved directions
 
 /// Equations of a pose from those of another that moves by `by_pose` times as much.
 PoseEquations carried_over(PoseEquations equations, const Mat6& by_pose) {
@@ -89,11 +89,11 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     if (frame.prior) equations += prior_equations(*frame.prior, result.T_odom_camera);
     result.information = equations.information;
     Mat6 damped = equations.information;
-    damped.diagonal().array() += kDamping;
+    damped.diagonal().array() += kRegistrationDamping;
     const Vec6 step = -solve_symmetric(damped, equations.gradient);
     if (!step.allFinite() || step.norm() > 1) break;
     result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
-    if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
+    if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kRegistrationConverged) break;
   }
   move_to_middle_row(matches, frame.motion, result.T_odom_camera, observations);
   for (std::size_t i = 0; i < matches.size(); ++i) matches[i].observation.pixel = observations[i].pixel;
@@ -121,7 +121,7 @@ double position_sigma_m(const Registration& registration) {
 
 Mat6 covariance_in_camera(const Registration& registration) {
   Mat6 information = registration.information;
-  information.diagonal().array() += kDamping;
+  information.diagonal().array() += kRegistrationDamping;
   return covariance_scale(registration) * inverse_of(information);
 }
 

@@ -1,10 +1,11 @@
 #include "hm/odometry/tracker/window_adjustment.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/solvers/large_solvers.hpp"
 #include "hm/odometry/registration/pose_refinement.hpp"
 
 namespace hm {
@@ -192,10 +193,8 @@ class Window {
     S.diagonal() *= 1 + lambda;
     S.diagonal().array() += 1e-6;
     for (std::size_t i = 0; i < points_.size(); ++i) eliminate(i, lambda, S, rhs);
-    const Eigen::LDLT<MatX> solver(S);
-    if (solver.info() != Eigen::Success) return false;
-    const VecX pose_step = solver.solve(rhs);
-    if (!pose_step.allFinite() || pose_step.lpNorm<Eigen::Infinity>() > 1) return false;
+    const auto [pose_step, is_factorised] = symmetric_solution(S, rhs);
+    if (!is_factorised || !pose_step.allFinite() || pose_step.lpNorm<Eigen::Infinity>() > 1) return false;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       Vec3 right = -blocks_[i].gradient;
       for (std::size_t v = 0; v < points_[i].views.size(); ++v)

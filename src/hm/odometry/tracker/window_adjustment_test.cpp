@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-const PinholeCamera kCamera{640, 480, 525, 525, 319.5, 239.5, {}};
+const PinholeCamera kWindowCamera{640, 480, 525, 525, 319.5, 239.5, {}};
 
 struct World {
   std::vector<SE3> poses;
@@ -43,11 +43,11 @@ LocalMap make_map(const World& world, const Errors& errors, Rng& rng) {
     for (std::size_t i = 0; i < world.points.size(); ++i) {
       const Vec3 p = world.poses[k].inverse() * world.points[i];
       const double dx = rng.normal(0, errors.pixel_px), dy = rng.normal(0, errors.pixel_px);
-      const Vec2 pixel = kCamera.project(p) + Vec2(dx, dy);
+      const Vec2 pixel = kWindowCamera.project(p) + Vec2(dx, dy);
       const double depth_m = p.z() + rng.normal(0, errors.depth_m);
       if (k == 0) {
         MapLandmark landmark;
-        landmark.p_odom = added.T_odom_camera * kCamera.unproject(pixel, depth_m);
+        landmark.p_odom = added.T_odom_camera * kWindowCamera.unproject(pixel, depth_m);
         landmark.anchor = added.identity;
         EXPECT_EQ(map.add_landmark(landmark), i);
       }
@@ -69,7 +69,7 @@ TEST(WindowAdjustment, FindsTheTruthExactlyWithoutNoise) {
   Rng rng(1);
   const World world = make_world(rng, 6);
   LocalMap map = make_map(world, {0.03, 0.02, 0, 0}, rng);
-  const auto result = adjust_window(map, kCamera, {10, 30});
+  const auto result = adjust_window(map, kWindowCamera, {10, 30});
   EXPECT_LT(result.cost_after, 1e-6 * result.cost_before);
   EXPECT_LT(worst_pose_error_m(map, world), 1e-4);
   for (std::size_t i = 0; i < world.points.size(); ++i)
@@ -82,7 +82,7 @@ TEST(WindowAdjustment, IsBetterThanWhatItBeganWithAndNeverWorseInCost) {
     const World world = make_world(rng, 8);
     LocalMap map = make_map(world, {0.02, 0.01, 0.3, 0.01}, rng);
     const double before = worst_pose_error_m(map, world);
-    const auto result = adjust_window(map, kCamera, {10, 20});
+    const auto result = adjust_window(map, kWindowCamera, {10, 20});
     EXPECT_LE(result.cost_after, result.cost_before);
     EXPECT_LT(worst_pose_error_m(map, world), 0.25 * before);
     EXPECT_LT(worst_pose_error_m(map, world), 0.006);
@@ -95,7 +95,7 @@ TEST(WindowAdjustment, OnlyTheNewestKeyframesMove) {
   LocalMap map = make_map(world, {0.02, 0.01, 0.3, 0.01}, rng);
   std::vector<Mat4> before;
   for (const MapKeyframe& keyframe : map.keyframes()) before.push_back(keyframe.T_odom_camera.matrix());
-  adjust_window(map, kCamera, {3, 5});
+  adjust_window(map, kWindowCamera, {3, 5});
   for (std::size_t k = 0; k < 8; ++k)
     EXPECT_EQ(map.keyframes()[k].T_odom_camera.matrix() == before[k], k < 5) << k;
 }
@@ -110,8 +110,8 @@ TEST(WindowAdjustment, DoesNotDependOnTheAxesOfOdom) {
   for (MapKeyframe& keyframe : moved.keyframes()) keyframe.T_odom_camera = T * keyframe.T_odom_camera;
   for (std::size_t i = 0; i < world.points.size(); ++i)
     moved.landmark(i).p_odom = T * moved.landmark(i).p_odom;
-  adjust_window(map, kCamera, {10, 2});
-  adjust_window(moved, kCamera, {10, 2});
+  adjust_window(map, kWindowCamera, {10, 2});
+  adjust_window(moved, kWindowCamera, {10, 2});
   for (std::size_t k = 0; k < world.poses.size(); ++k)
     EXPECT_LT(
         ((T * map.keyframes()[k].T_odom_camera).inverse() * moved.keyframes()[k].T_odom_camera).log().norm(),
@@ -127,7 +127,7 @@ TEST(WindowAdjustment, OutliersDoNotPull) {
   for (MapKeyframe& keyframe : map.keyframes())
     for (std::size_t i = 0; i < keyframe.sightings.size(); i += 5)
       keyframe.sightings[i].pixel.x() += rng.uniform(-40, 40);
-  adjust_window(map, kCamera, {10, 30});
+  adjust_window(map, kWindowCamera, {10, 30});
   EXPECT_LT(worst_pose_error_m(map, world), 0.006);
 }
 
@@ -143,7 +143,7 @@ TEST(WindowAdjustment, OutliersAreMeasuredByWhatTheOthersDo) {
     for (std::size_t k = 0; k < world.poses.size(); ++k)
       for (Sighting& sighting : map.keyframes()[k].sightings)
         if (rng.uniform() < 0.2) sighting.pixel.x() += k % 2 == 0 ? 1 : -1;
-    adjust_window(map, kCamera, {10, 30});
+    adjust_window(map, kWindowCamera, {10, 30});
     sum_m += worst_pose_error_m(map, world);
   }
   EXPECT_LT(sum_m / 4, 0.0005);
@@ -162,18 +162,18 @@ TEST(WindowAdjustment, SurfaceFactorsHoldTheirMotion) {
   factor.gradient[0] = -1e4 * 0.003;
   b.factors.push_back(factor);
   map.add_keyframe(std::move(b));
-  adjust_window(map, kCamera, {5, 30});
+  adjust_window(map, kWindowCamera, {5, 30});
   const SE3 expected = T_a * T_ab * SE3::exp(0.003 * Vec6::Unit(0));
   EXPECT_LT((map.keyframes()[1].T_odom_camera.inverse() * expected).log().norm(), 1e-5);
 }
 
 TEST(WindowAdjustment, SmallMapsAreLeftAlone) {
   LocalMap map(100, 100);
-  EXPECT_EQ(adjust_window(map, kCamera, {}).accepted_steps, 0);
+  EXPECT_EQ(adjust_window(map, kWindowCamera, {}).accepted_steps, 0);
   map.add_keyframe({});
-  EXPECT_EQ(adjust_window(map, kCamera, {}).accepted_steps, 0);
+  EXPECT_EQ(adjust_window(map, kWindowCamera, {}).accepted_steps, 0);
   map.add_keyframe({});
-  EXPECT_EQ(adjust_window(map, kCamera, {}).cost_after, 0);
+  EXPECT_EQ(adjust_window(map, kWindowCamera, {}).cost_after, 0);
 }
 
 }  // namespace

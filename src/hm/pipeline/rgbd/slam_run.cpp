@@ -284,6 +284,46 @@ std::string capture_lines(const SummaryTree& summary) {
        "saved     {capture.saved_s} after the last frame"});
 }
 
+namespace {
+
+/// Which way is up, and whether the map was levelled by it.
+void add_up(const SlamPipeline::State& state, SummaryTree& v) {
+  v.object("up", [&](SummaryTree& up) {
+    visit(state.up, up);
+    up({"levelled"}, state.levelled);
+    up({"levelled_deg"}, state.levelled_rad * kDegreesPerRadian);
+    up.shown("text", {}, to_string(state.up));
+  });
+}
+
+/// Corrections of the map while the run went on.
+void add_live_corrections(const std::vector<LiveCorrection>& corrections, SummaryTree& v) {
+  v.list("live_corrections", corrections);
+  if (!corrections.empty()) v.shown("corrections", {}, corrections.size());
+  double longest_stall_ms = 0;
+  for (const LiveCorrection& live : corrections) longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
+  v({"longest_stall_ms", "longest wait for a correction", "{:.1f} ms"}, longest_stall_ms);
+}
+
+/// The finished map and mesh, and how far the mesh is from the true one.
+void add_map_and_mesh(const SlamSummary& summary, SummaryTree& v) {
+  v({"volumes", "blocks"}, summary.volumes);
+  v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
+  v.object("mesh", [&](SummaryTree& mesh) {
+    mesh({"vertices", "vertices"}, summary.vertices);
+    mesh({"triangles", "triangles"}, summary.triangles);
+    if (const double size_m = summary.parameters.mesh.min_piece_size_m; size_m > 0)
+      mesh({"min_piece_size_m", "smaller pieces are left out", "{:g} cm", 1e2}, size_m);
+  });
+  add_box(v, "bounds_m", summary.bounds_m);
+  const MeshErrorParams& near = summary.parameters.mesh_error;
+  if (summary.mesh_error) v.group("mesh_error", MeasuredMesh{*summary.mesh_error, near});
+  if (summary.odometry_mesh_error)
+    v.group("odometry_mesh_error", MeasuredMesh{*summary.odometry_mesh_error, near});
+}
+
+}  // namespace
+
 void visit(const SlamSummary& summary, SummaryTree& v) {
   const SlamPipeline::State& state = summary.state;
   v.group("verdict", summary.verdict);
@@ -300,35 +340,13 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
     v.object("odometry", [&](SummaryTree& odometry) { visit_error(*summary.odometry_error, odometry); });
   v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
   v.group("alignment", state.dense_alignment);
-  v.object("up", [&](SummaryTree& up) {
-    visit(state.up, up);
-    up({"levelled"}, state.levelled);
-    up({"levelled_deg"}, state.levelled_rad * kDegreesPerRadian);
-    up.shown("text", {}, to_string(state.up));
-  });
+  add_up(state, v);
   v({"frames_mapped", "frames mapped"}, state.frames_mapped);
   v({"frames_disconnected", "frames in unconnected maps"}, state.frames_disconnected);
   v.group("map_correction", state.correction);
-  v.list("live_corrections", state.live_corrections);
-  if (!state.live_corrections.empty()) v.shown("corrections", {}, state.live_corrections.size());
-  double longest_stall_ms = 0;
-  for (const LiveCorrection& live : state.live_corrections)
-    longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
-  v({"longest_stall_ms", "longest wait for a correction", "{:.1f} ms"}, longest_stall_ms);
+  add_live_corrections(state.live_corrections, v);
   v.spread({"frame_ms", "a frame", "{:.1f} ms"}, state.frame_ms, {"median", "mean", "p99", "max"});
-  v({"volumes", "blocks"}, summary.volumes);
-  v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
-  v.object("mesh", [&](SummaryTree& mesh) {
-    mesh({"vertices", "vertices"}, summary.vertices);
-    mesh({"triangles", "triangles"}, summary.triangles);
-    if (const double size_m = summary.parameters.mesh.min_piece_size_m; size_m > 0)
-      mesh({"min_piece_size_m", "smaller pieces are left out", "{:g} cm", 1e2}, size_m);
-  });
-  add_box(v, "bounds_m", summary.bounds_m);
-  const MeshErrorParams& near = summary.parameters.mesh_error;
-  if (summary.mesh_error) v.group("mesh_error", MeasuredMesh{*summary.mesh_error, near});
-  if (summary.odometry_mesh_error)
-    v.group("odometry_mesh_error", MeasuredMesh{*summary.odometry_mesh_error, near});
+  add_map_and_mesh(summary, v);
   v({"interrupted"}, state.interrupted);
   v({"run_s", "time", "{:.1f} s"}, summary.run_s);
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLeast_m = 30, kOuterRoomDepth_m = 5, kRoomWidth_m = 4;
 constexpr double kColumnSpacing_m = 25, kRowSpacing_m = 15;
-constexpr double kWall_m = 0.12, kDoorBegin_m = 0.6, kDoor_m = 0.95, kDoorNiche_m = 0.05;
+constexpr double kOfficeWall_m = 0.12, kDoorBegin_m = 0.6, kDoor_m = 0.95, kDoorNiche_m = 0.05;
 constexpr double kTurningPlace_m = 1.9;  // behind the door
 constexpr double kOpenRatio = 0.4, kAjarRatio = 0.15, kMeetingRatio = 0.12, kOwnThingRatio = 0.2,
                  kGlassEndRatio = 0.3;
@@ -60,10 +60,10 @@ class FloorBuilder {
 /// The wall at the corridor: two faces with the opening of the door, or a pane beside the door.
 void FloorBuilder::add_front(const Place& place, double width_m, bool glass) {
   const double end = kDoorBegin_m + kDoor_m;
-  for (const double y : {0.0, kWall_m}) add(place.at(0, y), place.at(kDoorBegin_m, y));
-  for (const double x : {kDoorBegin_m, end}) add(place.at(x, 0), place.at(x, kWall_m));
+  for (const double y : {0.0, kOfficeWall_m}) add(place.at(0, y), place.at(kDoorBegin_m, y));
+  for (const double x : {kDoorBegin_m, end}) add(place.at(x, 0), place.at(x, kOfficeWall_m));
   if (glass) return add(place.at(end, 0), place.at(width_m, 0), true);
-  for (const double y : {0.0, kWall_m}) add(place.at(end, y), place.at(width_m, y));
+  for (const double y : {0.0, kOfficeWall_m}) add(place.at(end, y), place.at(width_m, y));
 }
 
 /// True for a door that stands wide open.
@@ -75,8 +75,8 @@ bool FloorBuilder::add_door(const Place& place) {
   }
   const bool open = kind < kOpenRatio;
   const double angle = open ? rng_.uniform(1.5, 1.7) : rng_.uniform(0.3, 0.9);
-  add(place.at(kDoorBegin_m, kWall_m),
-      place.at(kDoorBegin_m + kDoor_m * std::cos(angle), kWall_m + kDoor_m * std::sin(angle)));
+  add(place.at(kDoorBegin_m, kOfficeWall_m),
+      place.at(kDoorBegin_m + kDoor_m * std::cos(angle), kOfficeWall_m + kDoor_m * std::sin(angle)));
   return open;
 }
 
@@ -93,9 +93,10 @@ void FloorBuilder::add_furniture(const Place& place, const Vec2& size, bool meet
 void FloorBuilder::add_room(const Place& place, const Vec2& size, bool windows) {
   const bool meeting = rng_.uniform() < kMeetingRatio;
   add_front(place, size.x(), meeting);
-  const double left = kWall_m / 2, right = size.x() - kWall_m / 2, back = size.y() - kWall_m / 2;
-  add(place.at(left, kWall_m), place.at(left, back));
-  add(place.at(right, kWall_m), place.at(right, back));
+  const double left = kOfficeWall_m / 2, right = size.x() - kOfficeWall_m / 2,
+               back = size.y() - kOfficeWall_m / 2;
+  add(place.at(left, kOfficeWall_m), place.at(left, back));
+  add(place.at(right, kOfficeWall_m), place.at(right, back));
   const double pane_begin = windows ? 0.8 : right, pane_end = windows ? size.x() - 0.8 : right;
   add(place.at(left, back), place.at(pane_begin, back));
   if (windows) {
@@ -105,8 +106,8 @@ void FloorBuilder::add_room(const Place& place, const Vec2& size, bool windows) 
   add_furniture(place, size, meeting);
   const double door = kDoorBegin_m + kDoor_m / 2;
   const bool open = add_door(place);
-  floor.rooms.push_back(
-      {place.at(door, -OfficeFloor::kCorridor_m / 2), place.at(door + 0.3, kWall_m + kTurningPlace_m), open});
+  floor.rooms.push_back({place.at(door, -OfficeFloor::kCorridor_m / 2),
+                         place.at(door + 0.3, kOfficeWall_m + kTurningPlace_m), open});
 }
 
 std::vector<double> middle_lines(double size_m, double spacing_m) {

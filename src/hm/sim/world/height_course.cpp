@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-constexpr double kBegin_m = -1, kEnd_m = 10, kHalfWidth_m = 2, kHeight_m = 3, kWall_m = 0.15;
+constexpr double kBegin_m = -1, kEnd_m = 10, kHalfWidth_m = 2, kHeight_m = 3, kCourseWall_m = 0.15;
 
 constexpr std::array kObjects{FlatObject{1.2, 2.2, 0.10}, FlatObject{3.0, 3.7, 0.30},
                               FlatObject{3.7, 4.4, 0.45}, FlatObject{5.2, 6.2, 0.20},
@@ -19,11 +19,11 @@ constexpr std::array kPillarsLeft_m{0.6, 2.9, 4.1, 7.4}, kPillarsRight_m{1.7, 3.
 constexpr double kPillar_m = 0.3;
 
 void append_walls(TriangleMesh& walls) {
-  const double y = kHalfWidth_m + kWall_m;
-  append_box(walls, {kBegin_m - kWall_m, -y, 0}, {kEnd_m + kWall_m, -kHalfWidth_m, kHeight_m});
-  append_box(walls, {kBegin_m - kWall_m, kHalfWidth_m, 0}, {kEnd_m + kWall_m, y, kHeight_m});
-  append_box(walls, {kBegin_m - kWall_m, -kHalfWidth_m, 0}, {kBegin_m, kHalfWidth_m, kHeight_m});
-  append_box(walls, {kEnd_m, -kHalfWidth_m, 0}, {kEnd_m + kWall_m, kHalfWidth_m, kHeight_m});
+  const double y = kHalfWidth_m + kCourseWall_m;
+  append_box(walls, {kBegin_m - kCourseWall_m, -y, 0}, {kEnd_m + kCourseWall_m, -kHalfWidth_m, kHeight_m});
+  append_box(walls, {kBegin_m - kCourseWall_m, kHalfWidth_m, 0}, {kEnd_m + kCourseWall_m, y, kHeight_m});
+  append_box(walls, {kBegin_m - kCourseWall_m, -kHalfWidth_m, 0}, {kBegin_m, kHalfWidth_m, kHeight_m});
+  append_box(walls, {kEnd_m, -kHalfWidth_m, 0}, {kEnd_m + kCourseWall_m, kHalfWidth_m, kHeight_m});
   for (const double x : kPillarsLeft_m)
     append_box(walls, {x, kHalfWidth_m - kPillar_m, 0}, {x + kPillar_m, kHalfWidth_m, kHeight_m});
   for (const double x : kPillarsRight_m)
@@ -40,11 +40,11 @@ World make_height_course() {
     world.parts.push_back({Material{name, pattern, color, {110, 90, 80}, 0.3f, Reflectance::kNormal}, {}});
     return world.parts.back().mesh;
   };
-  const double y = kHalfWidth_m + kWall_m;
-  append_box(part("floor", Pattern::kTiles, {150, 145, 140}), {kBegin_m - kWall_m, -y, -kWall_m},
-             {kEnd_m + kWall_m, y, 0});
-  append_box(part("ceiling", Pattern::kPlain, {235, 235, 235}), {kBegin_m - kWall_m, -y, kHeight_m},
-             {kEnd_m + kWall_m, y, kHeight_m + kWall_m});
+  const double y = kHalfWidth_m + kCourseWall_m;
+  append_box(part("floor", Pattern::kTiles, {150, 145, 140}), {kBegin_m - kCourseWall_m, -y, -kCourseWall_m},
+             {kEnd_m + kCourseWall_m, y, 0});
+  append_box(part("ceiling", Pattern::kPlain, {235, 235, 235}), {kBegin_m - kCourseWall_m, -y, kHeight_m},
+             {kEnd_m + kCourseWall_m, y, kHeight_m + kCourseWall_m});
   append_walls(part("walls", Pattern::kWallpaper, {215, 212, 205}));
   TriangleMesh& objects = part("objects", Pattern::kWoodgrain, {170, 116, 70});
   for (const FlatObject& object : kObjects)

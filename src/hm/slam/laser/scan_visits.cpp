@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSpacing_m = 0.5, kSpacing_rad = 0.5;
 constexpr std::size_t kMaxPoints = 180;
-constexpr std::size_t kMinPointsInCommon = 50;
+constexpr std::size_t kMinPointsOfVisits = 50;
 
 PlanarScan thinned_scan(const PlanarScan& scan) {
   const std::size_t step = std::max<std::size_t>(1, (scan.size() + kMaxPoints - 1) / kMaxPoints);
@@ -84,7 +84,7 @@ std::vector<VisitAgreement> ScanVisits::compare(const Correction& T_map_base) co
       const SE2 T_other_this = poses[j].inverse() * poses[i];
       compare_scans(visits_[j].scan, visit.scan, T_other_this, {}, sum);
     }
-    if (sum.agrees + sum.seen_through >= kMinPointsInCommon) found.push_back(sum);
+    if (sum.agrees + sum.seen_through >= kMinPointsOfVisits) found.push_back(sum);
   }
   return found;
 }

@@ -17,7 +17,8 @@ constexpr double kOffsetReadingShare = 0.03;  // readings of a surface are corre
 // Motions are nearly free: with 0.02 m and 0.01 rad, poses of odometry hold the offset near zero (0.011 found
 // of 0.020 in a simulated room, 0.018 with these).
 constexpr double kPairSigma_m = 0.1, kPairSigma_rad = 0.05;
-constexpr int kMostIterations = 5, kMotionSteps = 4;
+constexpr std::size_t kMostIterations = 5;
+constexpr int kMotionSteps = 4;
 constexpr double kConverged_1_m = 1e-4, kMaxMotionStep = 0.3;  // metres and radians
 constexpr double kCauchySigmas = 2, kGateSigmas = 4;
 constexpr double kWideGate_m = 0.03, kGate_m = 0.01;  // of the association, besides the noise
@@ -68,8 +69,8 @@ PairEquations equations_of(const SurfacePair& pair, double offset_1_m, const Dep
   return sums;
 }
 
-/// What one pair says of the offset after its motion has been eliminated.
-struct PairOpinion {
+/// Equation of a pair for the offset alone: its motion has been eliminated.
+struct OffsetEquation {
   double information = 0, gradient = 0, cost = 0;
 };
 
@@ -83,7 +84,7 @@ class MovingPair {
   [[nodiscard]] std::uint32_t group() const { return pair_.group; }
 
   /// Nothing if the images do not show enough of the same surfaces.
-  std::optional<PairOpinion> opinion(double offset_1_m, const DepthNoise& noise) {
+  std::optional<OffsetEquation> equation_at(double offset_1_m, const DepthNoise& noise) {
     PairEquations equations;
     for (int step = 0;; ++step) {
       equations = equations_of(pair_, offset_1_m, noise, is_near_ ? kGate_m : kWideGate_m);
@@ -103,9 +104,9 @@ class MovingPair {
     const Mat6 information = equations.information.topLeftCorner<6, 6>();
     const Vec6 cross = equations.information.topRightCorner<6, 1>();
     const Vec6 carried = solve_symmetric(information, cross);
-    return PairOpinion{equations.information(6, 6) - cross.dot(carried),
-                       equations.gradient[6] - carried.dot(equations.gradient.head<6>()),
-                       equations.cost / static_cast<double>(equations.terms)};
+    return OffsetEquation{equations.information(6, 6) - cross.dot(carried),
+                          equations.gradient[6] - carried.dot(equations.gradient.head<6>()),
+                          equations.cost / static_cast<double>(equations.terms)};
   }
 
  private:
@@ -115,8 +116,8 @@ class MovingPair {
   bool is_near_ = false;
 };
 
-/// Sums of the opinions at an offset, with the prior.
-struct Opinions {
+/// Sums of the pairs' equations at an offset, with the prior.
+struct OffsetEquations {
   double information = 0, gradient = 0, cost = 0;
   std::size_t pairs = 0;
   std::map<std::uint32_t, double> gradient_of_group;
@@ -129,19 +130,24 @@ struct Opinions {
   }
 };
 
-Opinions opinions_of(std::vector<MovingPair>& pairs, double offset_1_m, double prior_information,
-                     const DepthNoise& noise) {
-  Opinions sums;
+/// Progress of `iteration` is that of its pairs. Nothing if the run is stopped.
+std::optional<OffsetEquations> sum_equations(std::vector<MovingPair>& pairs, double offset_1_m,
+                                             double prior_information, const DepthNoise& noise,
+                                             std::size_t iteration, const RunContext& run) {
+  OffsetEquations sums;
+  std::size_t done = iteration * pairs.size();
   sums.information = prior_information;
   sums.gradient = prior_information * offset_1_m;
   for (MovingPair& pair : pairs) {
-    const std::optional<PairOpinion> opinion = pair.opinion(offset_1_m, noise);
-    if (!opinion) continue;
+    if (run.progress) run.progress({"offset of disparity", done++, kMostIterations * pairs.size(), {}});
+    if (run.stop.stop_requested()) return std::nullopt;
+    const std::optional<OffsetEquation> equation = pair.equation_at(offset_1_m, noise);
+    if (!equation) continue;
     ++sums.pairs;
-    sums.information += opinion->information;
-    sums.gradient += opinion->gradient;
-    sums.gradient_of_group[pair.group()] += opinion->gradient;
-    sums.cost += opinion->cost;
+    sums.information += equation->information;
+    sums.gradient += equation->gradient;
+    sums.gradient_of_group[pair.group()] += equation->gradient;
+    sums.cost += equation->cost;
   }
   if (sums.pairs > 0) sums.cost /= static_cast<double>(sums.pairs);
   return sums;
@@ -174,20 +180,27 @@ std::optional<OffsetResidual> offset_residual(const SurfacePair& pair, const Sur
   return found;
 }
 
-DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, const DepthNoise& noise) {
+DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, const DepthNoise& noise,
+                                          const RunContext& run) {
   constexpr double kPriorInformation =
       1 / (DisparityOffset::kPriorSigma_1_m * DisparityOffset::kPriorSigma_1_m);
   std::vector<MovingPair> moving(pairs.begin(), pairs.end());
   DisparityOffset found;
   double offset_1_m = 0, first_cost = 0;
   bool converged = false;
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    const Opinions opinions = opinions_of(moving, offset_1_m, kPriorInformation, noise);
-    if (iteration == 0) first_cost = opinions.cost;
-    const double step_1_m = -opinions.gradient / opinions.information;
-    found.pairs = opinions.pairs;
-    found.sigma_1_m = opinions.sigma_1_m(kPriorInformation);
-    found.cost_ratio = first_cost > 0 ? opinions.cost / first_cost : 1;
+  for (std::size_t iteration = 0; iteration < kMostIterations; ++iteration) {
+    const std::optional<OffsetEquations> sums =
+        sum_equations(moving, offset_1_m, kPriorInformation, noise, iteration, run);
+    if (!sums) {
+      DisparityOffset stopped;
+      stopped.interrupted = true;
+      return stopped;
+    }
+    if (iteration == 0) first_cost = sums->cost;
+    const double step_1_m = -sums->gradient / sums->information;
+    found.pairs = sums->pairs;
+    found.sigma_1_m = sums->sigma_1_m(kPriorInformation);
+    found.cost_ratio = first_cost > 0 ? sums->cost / first_cost : 1;
     offset_1_m += step_1_m;
     converged = std::abs(step_1_m) < kConverged_1_m;
     if (converged) break;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/se3.hpp"
 #include "hm/odometry/registration/surface_grid.hpp"
 
@@ -24,6 +25,7 @@ struct DisparityOffset {
   /// Mean robust cost (Cauchy) of the distances between the surfaces, with the offset over without, each with
   /// its own motions.
   double cost_ratio = 1;
+  bool interrupted = false;  ///< stopped by the caller: not observed
 
   /// Surfaces agree much better with it, not only significantly: rolling shutter and lens distortion look
   /// like an offset too. (0.77 to 0.83 in simulated rooms with an offset of 0.02 1/m, 0.92 to 0.97 with
@@ -60,11 +62,13 @@ std::optional<OffsetResidual> offset_residual(const SurfacePair& pair, const Sur
 /// is seen from). Least squares over the offset and the motion of every pair, which is free: poses of
 /// odometry, which a wrong offset has spoiled, do not count, nor do colour images. The deviation is the
 /// larger one of what noise and what the disagreement of the groups explain. Depth that is bent over the
-/// image spoils the estimate. Deterministic.
+/// image spoils the estimate. Deterministic. Reports progress per pair and iteration; if `run` is stopped,
+/// ends before the next pair, without an estimate.
 ///
 /// As an unknown of the bundle adjustment it would be found from features, whose errors (rolling shutter,
 /// matching) look like an offset: 0.018 1/m on fr1/xyz, whose trajectory is best with readings corrected by
 /// 0 to 0.01, and a scale of 1.17 on fr1/rpy.
-DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, const DepthNoise& noise);
+DisparityOffset estimate_disparity_offset(std::span<const SurfacePair> pairs, const DepthNoise& noise,
+                                          const RunContext& run = {});
 
 }  // namespace hm

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stop_token>
 #include <utility>
 #include <vector>
 
@@ -49,11 +50,11 @@ class Walk {
   std::vector<View> views_;
 };
 
-const Vec3 kRoom_m(2.0, 1.3, 1.7);
+const Vec3 kHalfRoom_m(2.0, 1.3, 1.7);
 const SE3 kOff = SE3::exp((Vec6() << 0.02, -0.01, 0.015, 0.005, 0.004, -0.004).finished());
 
 TEST(DisparityOffset, JacobianAgainstDifferences) {
-  const Walk walk(kRoom_m, {1, 0.01});
+  const Walk walk(kHalfRoom_m, {1, 0.01});
   constexpr double kStep = 1e-6;
   std::size_t compared = 0;
   SurfacePair pair = walk.pairs(kOff)[3];
@@ -84,7 +85,7 @@ TEST(DisparityOffset, JacobianAgainstDifferences) {
 
 TEST(DisparityOffset, RecoversKnownOffsets) {
   for (const double truth : {-0.02, 0.0, 0.01, 0.02}) {
-    const Walk walk(kRoom_m, {1, truth});
+    const Walk walk(kHalfRoom_m, {1, truth});
     const DisparityOffset found = estimate_disparity_offset(walk.pairs(kOff), {});
     EXPECT_TRUE(found.is_observed);
     EXPECT_GE(found.pairs, 8U);
@@ -96,7 +97,7 @@ TEST(DisparityOffset, RecoversKnownOffsets) {
 
 /// A camera whose depths are all too small: the scale of the room, which nothing contradicts.
 TEST(DisparityOffset, IsNotMisledByTheScaleOfDepth) {
-  const DisparityOffset found = estimate_disparity_offset(Walk(kRoom_m, {0.96, 0}).pairs(), {});
+  const DisparityOffset found = estimate_disparity_offset(Walk(kHalfRoom_m, {0.96, 0}).pairs(), {});
   EXPECT_TRUE(found.is_observed);
   EXPECT_NEAR(found.offset_1_m, 0, 0.005);
   EXPECT_FALSE(found.is_worth_a_calibration());
@@ -106,7 +107,7 @@ TEST(DisparityOffset, IsNotMisledByTheScaleOfDepth) {
 TEST(DisparityOffset, NoiseDoesNotPullIt) {
   double sum = 0;
   for (const std::uint64_t seed : {2, 3, 4})
-    sum += estimate_disparity_offset(Walk(2 * kRoom_m, {}, seed).pairs(), {}).offset_1_m;
+    sum += estimate_disparity_offset(Walk(2 * kHalfRoom_m, {}, seed).pairs(), {}).offset_1_m;
   EXPECT_NEAR(sum / 3, 0, 0.003);
 }
 
@@ -125,8 +126,34 @@ TEST(DisparityOffset, ReturnsToItsPriorWhereNothingTells) {
   }
 }
 
+TEST(DisparityOffset, ReportsProgressAndStopsWithoutAnEstimate) {
+  const Walk walk(kHalfRoom_m, {1, 0.02});
+  const std::vector<SurfacePair> pairs = walk.pairs(kOff);
+  std::vector<Progress> progress;
+  RunContext run;
+  run.progress = [&](const Progress& now) { progress.push_back(now); };
+  EXPECT_TRUE(estimate_disparity_offset(pairs, {}, run).is_observed);
+  ASSERT_GT(progress.size(), pairs.size());
+  for (std::size_t i = 0; i < progress.size(); ++i) EXPECT_EQ(progress[i].done, i);
+  EXPECT_EQ(progress.back().stage, "offset of disparity");
+  EXPECT_EQ(progress.back().total, 5 * pairs.size());
+  progress.clear();
+  std::stop_source stop;
+  run.stop = stop.get_token();
+  run.progress = [&](const Progress& now) {
+    progress.push_back(now);
+    if (now.done == pairs.size() + 3) stop.request_stop();  // in the second iteration
+  };
+  const DisparityOffset stopped = estimate_disparity_offset(pairs, {}, run);
+  EXPECT_TRUE(stopped.interrupted);
+  EXPECT_FALSE(stopped.is_observed);
+  EXPECT_EQ(stopped.offset_1_m, 0);
+  EXPECT_EQ(stopped.sigma_1_m, DisparityOffset::kPriorSigma_1_m);
+  EXPECT_EQ(progress.size(), pairs.size() + 4);
+}
+
 TEST(DisparityOffset, GivesTheSameBitsAgain) {
-  const Walk walk(kRoom_m, {1, 0.01});
+  const Walk walk(kHalfRoom_m, {1, 0.01});
   const DisparityOffset found = estimate_disparity_offset(walk.pairs(kOff), {}),
                         again = estimate_disparity_offset(walk.pairs(kOff), {});
   EXPECT_EQ(found.offset_1_m, again.offset_1_m);

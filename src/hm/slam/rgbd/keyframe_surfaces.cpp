@@ -144,7 +144,8 @@ SurfaceAgreement KeyframeSurfaces::agreement(std::span<const KeyframePair> pairs
 }
 
 DisparityOffset KeyframeSurfaces::disparity_offset(std::span<const KeyframePair> pairs,
-                                                   std::span<const SE3> T_map_camera) const {
+                                                   std::span<const SE3> T_map_camera,
+                                                   const RunContext& run) const {
   std::vector<SurfacePair> compared;
   for (const auto& [a, b] : pairs) {
     if (!surfaces_[a] || !surfaces_[b]) continue;
@@ -152,7 +153,7 @@ DisparityOffset KeyframeSurfaces::disparity_offset(std::span<const KeyframePair>
               T_map_b = T_map_camera[b] * surfaces_[b]->T_camera_depth;
     compared.push_back({surfaces_[a]->elements, surfaces_[b]->grid, T_map_b.inverse() * T_map_a, a});
   }
-  return estimate_disparity_offset(compared, noise_);
+  return estimate_disparity_offset(compared, noise_, run);
 }
 
 }  // namespace hm

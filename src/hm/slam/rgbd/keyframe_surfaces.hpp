@@ -58,9 +58,10 @@ class KeyframeSurfaces {
                                            std::span<const SE3> T_map_camera,
                                            std::span<const SE3> T_map_other) const;
 
-  /// Self-calibration of disparity by these pairs.
+  /// Self-calibration of disparity by these pairs (estimate_disparity_offset()).
   [[nodiscard]] DisparityOffset disparity_offset(std::span<const KeyframePair> pairs,
-                                                 std::span<const SE3> T_map_camera) const;
+                                                 std::span<const SE3> T_map_camera,
+                                                 const RunContext& run = {}) const;
 
  private:
   struct Surface {

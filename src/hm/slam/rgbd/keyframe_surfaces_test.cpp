@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stop_token>
 
 #include "hm/core/testing/drawn_vector.hpp"
 #include "hm/geometry/solvers/small_solvers.hpp"
@@ -159,10 +160,11 @@ Misled misled() {
   return scene;
 }
 
-RgbdAlignmentReport close_loops(const Misled& scene, const KeyframeDepths& depths, std::vector<SE3>& poses) {
+RgbdAlignmentReport close_loops(const Misled& scene, const KeyframeDepths& depths, std::vector<SE3>& poses,
+                                const RunContext& run = {}) {
   RgbdLoopCloser closer(test::landmark_camera());
   for (const auto& keyframe : scene.keyframes) closer.add(keyframe);
-  const RgbdAlignmentReport report = closer.finish({}, depths);
+  const RgbdAlignmentReport report = closer.finish(run, depths);
   const CorrectedKeyframes corrected = closer.corrected();
   for (const CorrectedKeyframe& keyframe : corrected.keyframes()) poses.push_back(keyframe.T_map_camera);
   return report;
@@ -185,6 +187,28 @@ TEST(RgbdLoopCloser, RefusesAnAdjustmentThatDepthContradicts) {
   EXPECT_GT(report.agreement.views, 20U);
   EXPECT_GT(report.agreement.cost, RgbdLoopParams::kMaxSurfaceCostRatio * report.agreement.other_cost);
   EXPECT_LT(rms_m(with_depth, scene.truth), 0.5 * rms_m(without_depth, scene.truth));
+}
+
+TEST(RgbdLoopCloser, AStopWhileTheOffsetIsEstimatedLeavesThePoses) {
+  const Misled scene = misled();
+  const KeyframeDepths depths = depths_in(kRoom_m, scene.truth);
+  std::vector<SE3> whole, stopped;
+  EXPECT_FALSE(close_loops(scene, depths, whole).disparity.interrupted);
+  std::stop_source stop;
+  std::size_t offset_steps = 0;
+  RunContext run;
+  run.stop = stop.get_token();
+  run.progress = [&](const Progress& now) {
+    if (now.stage != "offset of disparity") return;
+    ++offset_steps;
+    stop.request_stop();
+  };
+  const RgbdAlignmentReport report = close_loops(scene, depths, stopped, run);
+  EXPECT_EQ(offset_steps, 1U);
+  EXPECT_TRUE(report.disparity.interrupted);
+  EXPECT_FALSE(report.interrupted);
+  EXPECT_TRUE(report.refused) << "the surfaces had been compared before";
+  EXPECT_EQ(rms_m(stopped, whole), 0);
 }
 
 TEST(RgbdLoopCloser, KeepsAnAdjustmentThatDepthConfirms) {

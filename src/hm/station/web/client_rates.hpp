@@ -25,7 +25,10 @@ class ClientRates {
 };
 
 /// Name under which the rate of a client counts, from its numeric address. Of IPv6 the network (the first 64
-/// bits), as one client has all of its addresses. Nothing for an address of this machine's loopback.
+/// bits, RFC 4291), within which a machine chooses its addresses itself and may have as many as it likes
+/// (RFC 8981): with a rate for each address it would have no limit. Other machines of that network share the
+/// rate, and so do all that come by a link-local address (fe80::/64). Nothing for an address of this
+/// machine's loopback.
 std::optional<std::string> rated_client(const std::string& address);
 
 }  // namespace hm

@@ -24,6 +24,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/station/web/client_rates.hpp"
+#include "hm/station/web/counted.hpp"
 #include "hm/station/web/rate_limit.hpp"
 
 namespace hm {
@@ -33,8 +34,15 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using asio::ip::tcp;
 using beast::error_code;
+// Executors that are known when this is compiled, and WebSockets without compression, which is offered to
+// nobody: less for the compiler to make of Boost's templates.
+using Executor = asio::io_context::executor_type;
+using tcp = asio::ip::tcp;
+using Socket = asio::basic_stream_socket<tcp, Executor>;
+using Acceptor = asio::basic_socket_acceptor<tcp, Executor>;
+using Stream = beast::basic_stream<tcp, Executor>;
+using WebSocket = websocket::stream<Stream, false>;
 using Parser = http::request_parser<http::empty_body>;
 using Request = http::request<http::empty_body>;
 
@@ -91,24 +99,12 @@ struct Shared {
   asio::io_context context{1};  ///< the last member: connections end with it, and leave the others
 };
 
-/// Counts a connection while it lives.
-class Counted {
- public:
-  explicit Counted(Shared& shared) : shared_(shared) { ++shared_.connections; }
-  ~Counted() { --shared_.connections; }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
- private:
-  Shared& shared_;
-};
-
 /// A WebSocket and the session behind it.
 class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
  public:
-  SocketConnection(Shared& shared, beast::tcp_stream stream, WebSocketOpening opening)
+  SocketConnection(Shared& shared, Stream stream, WebSocketOpening opening)
       : shared_(shared),
-        counted_(shared),
+        counted_(shared.connections),
         stream_(std::move(stream)),
         opening_(std::move(opening)),
         rate_(shared.limits.messages_per_s) {}
@@ -217,7 +213,7 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
 
   Shared& shared_;
   Counted counted_;
-  websocket::stream<beast::tcp_stream> stream_;
+  WebSocket stream_;
   WebSocketOpening opening_;
   RateLimit rate_;
   beast::flat_buffer buffer_;
@@ -228,9 +224,9 @@ class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
 /// A connection that speaks HTTP, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Shared& shared, tcp::socket socket)
+  HttpConnection(Shared& shared, Socket socket)
       : shared_(shared),
-        counted_(shared),
+        counted_(shared.connections),
         stream_(std::move(socket)),
         id_(shared.next_id++),
         buffer_(shared.limits.header_bytes + shared.limits.target_bytes) {}
@@ -364,12 +360,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     answered_ = true;
     if (keep_alive_) return read();
     error_code ignored;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_.socket().shutdown(Socket::shutdown_send, ignored);
   }
 
   Shared& shared_;
   Counted counted_;
-  beast::tcp_stream stream_;
+  Stream stream_;
   std::uint64_t id_;
   beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
@@ -394,7 +390,7 @@ struct WebServer::Impl {
       if (acceptor.is_open()) acceptor.close(error);
       error = {};
       acceptor.open(endpoint.protocol(), error);
-      if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+      if (!error) acceptor.set_option(Acceptor::reuse_address(true), error);
       if (!error) acceptor.bind(endpoint, error);
       if (!error) acceptor.listen(1024, error);
       if (!error) return {};
@@ -407,7 +403,7 @@ struct WebServer::Impl {
   }
 
   void accept() {
-    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    acceptor.async_accept([this](error_code error, Socket socket) {
       if (error == asio::error::operation_aborted) return;
       // Out of descriptors: those that wait make room, and the next try is a tick later.
       if (error) return end_oldest(shared.limits.waiting / 4), retry_accept();
@@ -423,7 +419,7 @@ struct WebServer::Impl {
     });
   }
 
-  void start(tcp::socket socket) {
+  void start(Socket socket) {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
@@ -460,7 +456,7 @@ struct WebServer::Impl {
   }
 
   Shared shared;
-  tcp::acceptor acceptor;
+  Acceptor acceptor;
   asio::steady_timer tick;
   std::thread thread;
 };

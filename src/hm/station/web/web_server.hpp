@@ -15,9 +15,9 @@ struct WebLimits {
   std::size_t header_bytes = 8192, target_bytes = 2048;
   std::size_t message_bytes = 65536;  ///< of a WebSocket message that comes in
   double messages_per_s = 100;
-  /// HTTP requests of one address, and twice as many at once. A page makes 8 when it loads (files and
-  /// WebSockets) and none while it is open: 16 viewers behind one address (a router) who all reload at once
-  /// stay below 200.
+  /// HTTP requests of one client (rated_client(): an IPv4 address or an IPv6 network), and twice as many at
+  /// once. A page makes 8 when it loads (files and WebSockets) and none while it is open: 16 viewers behind
+  /// one address (a router), or in one network of IPv6, who all reload at once stay below 200.
   double requests_per_s = 100;
   bool loopback_is_limited = false;  ///< else requests of this machine have no rate
   std::size_t connections = 512;     ///< of any kind; more are closed at once

@@ -15,8 +15,8 @@ namespace {
 
 /// Minimum number of readings for an alignment.
 constexpr std::size_t kFewestReadings = 100;
-/// Poses farther out than this (metres) are invalid.
-constexpr double kFarthestPose_m = 1e5;
+/// Given poses farther out than this (metres) are invalid.
+constexpr double kFarthestPrior_m = 1e5;
 }  // namespace
 
 std::string_view to_string(AlignmentStatus status) {
@@ -54,7 +54,7 @@ namespace {
 std::string unusable_because(const DepthImage& depth, const PinholeCamera& camera,
                              const AlignmentPrior& prior) {
   if (!is_rigid(prior.T_world_camera)) return "the prior pose is not a finite rigid motion";
-  if (prior.T_world_camera.translation().cwiseAbs().maxCoeff() > kFarthestPose_m)
+  if (prior.T_world_camera.translation().cwiseAbs().maxCoeff() > kFarthestPrior_m)
     return fmt::format("the prior pose is {:.3g} m from the origin",
                        prior.T_world_camera.translation().norm());
   if (!prior.information.allFinite()) return "the prior's information is not finite";

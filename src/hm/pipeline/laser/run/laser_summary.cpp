@@ -134,6 +134,42 @@ void add_place(const MapFrameSummary& map, const LocalisationSummary& place, Sum
            {"median", "p99"});
 }
 
+/// Adds what became of the scans.
+void add_scans(const LaserSummary& summary, SummaryTree& v) {
+  v.object("scans", [&](SummaryTree& scans) {
+    scans({"total"}, summary.scans_total);
+    scans({"read"}, summary.scans_read);
+    scans({"posed"}, summary.trajectory.size());
+    scans({"matched"}, summary.scans_matched);
+    scans({"failed"}, summary.scans_failed);
+    scans({"dropped"}, summary.scans_dropped);
+    scans({"keyframes"}, summary.keyframes);
+    scans({"searched"}, summary.scans_searched);
+    scans({"found"}, summary.scans_found);
+    scans({"unconfirmed"}, summary.scans_unconfirmed);
+    scans({"restarts"}, summary.restarts);
+    scans({"length_unobserved"}, summary.scans_length_unobserved);
+  });
+  v({"guessed_m", "motion along bare walls that was guessed", "{:.1f} m"}, summary.guessed_m);
+  v({"longest_guess_m", "the longest of it", "{:.1f} m"}, summary.longest_guess_m);
+  v.object("failure_reasons", [&](SummaryTree& reasons) {
+    for (const auto& [reason, count] : summary.failure_reasons) reasons({reason, reason}, count);
+  });
+}
+
+/// Adds the times of the run and of its steps.
+void add_times(const LaserSummary& summary, SummaryTree& v) {
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
+  v({"recording_s", "recording", "{:.1f} s"}, summary.recording_s);
+  v({"odometry_delay_s", "odometry read before the stamps of scans by", "{:.2f} s"},
+    summary.odometry_delay_s);
+  v.spread({"scan_ms", "a scan", "{:.3f} ms"}, summary.scan_ms);
+  v.json("match_ms", {});
+  if (summary.matched_scans) v.spread({"match_ms", "matching", "{:.3f} ms"}, summary.match_ms);
+  v.spread({"insert_ms", "inserting", "{:.3f} ms"}, summary.insert_ms);
+  v({"insert_us_per_beam", "inserting a beam", "{:.2f} us"}, summary.insert_us_per_beam);
+}
+
 }  // namespace
 
 MapFrameSummary summarise_map_frame(const LaserMapFrame& frame) {
@@ -200,35 +236,9 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   v({"poses"}, summary.matched_scans ? "scans" : "odometry");
   v({"pace"}, summary.pace == LaserPace::kRealtime ? "realtime" : "fast");
   v.json("choices", JsonValue::array_of(summary.choices));
-  v.object("scans", [&](SummaryTree& scans) {
-    scans({"total"}, summary.scans_total);
-    scans({"read"}, summary.scans_read);
-    scans({"posed"}, summary.trajectory.size());
-    scans({"matched"}, summary.scans_matched);
-    scans({"failed"}, summary.scans_failed);
-    scans({"dropped"}, summary.scans_dropped);
-    scans({"keyframes"}, summary.keyframes);
-    scans({"searched"}, summary.scans_searched);
-    scans({"found"}, summary.scans_found);
-    scans({"unconfirmed"}, summary.scans_unconfirmed);
-    scans({"restarts"}, summary.restarts);
-    scans({"length_unobserved"}, summary.scans_length_unobserved);
-  });
-  v({"guessed_m", "motion along bare walls that was guessed", "{:.1f} m"}, summary.guessed_m);
-  v({"longest_guess_m", "the longest of it", "{:.1f} m"}, summary.longest_guess_m);
-  v.object("failure_reasons", [&](SummaryTree& reasons) {
-    for (const auto& [reason, count] : summary.failure_reasons) reasons({reason, reason}, count);
-  });
+  add_scans(summary, v);
   v({"interrupted"}, summary.interrupted);
-  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
-  v({"recording_s", "recording", "{:.1f} s"}, summary.recording_s);
-  v({"odometry_delay_s", "odometry read before the stamps of scans by", "{:.2f} s"},
-    summary.odometry_delay_s);
-  v.spread({"scan_ms", "a scan", "{:.3f} ms"}, summary.scan_ms);
-  v.json("match_ms", {});
-  if (summary.matched_scans) v.spread({"match_ms", "matching", "{:.3f} ms"}, summary.match_ms);
-  v.spread({"insert_ms", "inserting", "{:.3f} ms"}, summary.insert_ms);
-  v({"insert_us_per_beam", "inserting a beam", "{:.2f} us"}, summary.insert_us_per_beam);
+  add_times(summary, v);
   v({"beams", "beams in the map"}, summary.beams);
   v({"path_length_m", "path", "{:.2f} m"}, path_length(summary.trajectory));
   v.group("mvog", summary.mvog);
