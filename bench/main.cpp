@@ -56,6 +56,7 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"vo_rolling", hm::bench::bench_vo_rolling},
                                               {"slam_recordings", hm::bench::bench_slam_recordings},
                                               {"vo_icl", hm::bench::bench_vo_icl},
+                                              {"covariance_used", hm::bench::bench_covariance_used},
                                               {"vo_hour", hm::bench::bench_vo_hour},
                                               {"vio_tango", hm::bench::bench_vio_tango},
                                               {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},

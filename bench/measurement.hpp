@@ -67,6 +67,7 @@ Result<BenchResult> bench_vo_depth_only(const BenchOptions& options);
 Result<BenchResult> bench_vo_rolling(const BenchOptions& options);
 Result<BenchResult> bench_slam_recordings(const BenchOptions& options);
 Result<BenchResult> bench_vo_icl(const BenchOptions& options);
+Result<BenchResult> bench_covariance_used(const BenchOptions& options);
 Result<BenchResult> bench_vo_hour(const BenchOptions& options);
 Result<BenchResult> bench_fly_hover(const BenchOptions& options);
 Result<BenchResult> bench_fly_step(const BenchOptions& options);

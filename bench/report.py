@@ -13,6 +13,8 @@ import rows
 def number(value):
     if value is None:
         return "-"
+    if isinstance(value, tuple):
+        return " to ".join(map(number, value))
     return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 

@@ -41,6 +41,9 @@ assert report.verdict(drift) == "holds only with slam_house_ate" and report.verd
 assert rows.judged(by_name["open3d_scalable"], 1.0, None)["holds"] is None
 assert rows.judged(by_name["carving"], 1.2, None)["holds"] is False
 assert rows.judged(by_name["completeness"], 97.5, None)["holds"] is True
+for value, holds in ((0.79, False), (0.8, True), (1.3, True), (1.31, False)):
+    assert rows.judged(by_name["covariance_used"], value, None)["holds"] is holds, value
+assert report.number(by_name["covariance_used"].bar) == "0.8 to 1.3"
 
 # What is measured: a row brings what it needs to hold; skipping one skips all that its bench measures.
 benches, wanted = rows.benches_of(["slam_house"])

@@ -104,6 +104,32 @@ TEST(CorrectedMixture, OnANoisyPlaneTheDeviationIsTheSensors) {
   EXPECT_GE(corrected, 1e-4);
 }
 
+/// Errors of the window's mean, which odometry uses, in stated deviations, over seeds. As far as the readings
+/// have errors in common (real sensors), they are as large as stated; independent ones (simulation) average
+/// out, to sqrt(36) / 16 of a reading's. They are never larger than stated.
+TEST(CorrectedMixture, ItsMeanErrsNoMoreThanStated) {
+  const DepthNoise noise{0, 0, 0.01};
+  for (const double shared_ratio : {0.0, 0.5, 1.0}) {  // of the variance
+    double of_mean = 0, of_reading = 0;
+    constexpr int kTrials = 4000;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      Rng rng(static_cast<std::uint64_t>(trial));
+      const double shared = rng.normal(2000, 10 * std::sqrt(shared_ratio));
+      DepthImage depth = depth_of(3, 3, 0);
+      for (auto& unit : depth.units.pixels())
+        unit =
+            static_cast<std::uint16_t>(std::lround(shared + rng.normal(0, 10 * std::sqrt(1 - shared_ratio))));
+      const auto at = corrected_mixture_depth(depth, 1, 1, noise);
+      of_mean += (at->mean_m - 2) * (at->mean_m - 2) / at->variance_m2 / kTrials;
+      of_reading += std::pow(depth.depth_m(1, 1) - 2, 2) / at->variance_m2 / kTrials;
+    }
+    EXPECT_NEAR(std::sqrt(of_mean), std::sqrt(shared_ratio + (1 - shared_ratio) * 36.0 / 256), 0.07)
+        << shared_ratio;
+    EXPECT_GT(std::sqrt(of_reading), 0.8) << shared_ratio;
+    EXPECT_LT(std::sqrt(of_reading), 1.3) << shared_ratio;
+  }
+}
+
 TEST(CorrectedMixture, AtAnEdgeItIsThePublishedOne) {
   DepthImage depth = depth_of(3, 3, 1000);
   for (int y = 0; y < 3; ++y) depth.units(2, y) = 2000;
