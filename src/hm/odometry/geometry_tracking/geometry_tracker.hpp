@@ -57,6 +57,8 @@ class GeometryTracker {
 
   /// The last frame with a pose was tracked by its surfaces.
   [[nodiscard]] bool is_active() const { return active_; }
+  /// Keyframes of its own have their poses from surfaces alone.
+  [[nodiscard]] bool has_keyframes() const { return active_ && !references_.empty(); }
   /// Enough depth to start or follow.
   [[nodiscard]] static bool is_usable(const DepthGrid& grid);
 

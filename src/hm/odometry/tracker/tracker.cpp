@@ -26,6 +26,15 @@ constexpr int kUnknownFrames = 5;          // with features but no known landmar
 constexpr double kLongGap_s = 0.1;         // without a pose: the camera may have rotated far
 constexpr double kShortGap_s = 0.25;       // the last picture still shows part of this one
 constexpr double kMaxBridgeSigma_m = 0.3;  // of a pose without images; beyond it the frame is lost
+// Deviations of a prediction where neither images nor surfaces showed the motion.
+constexpr double kGuessedSigma_m = 0.3, kGuessedSigma_rad = 0.3;
+
+/// A pose to which tracking by depth leads, and the covariance of its motion since the last keyframe
+/// (perturbation in the camera's frame).
+struct Arrival {
+  SE3 T_odom_camera;
+  Mat6 covariance;
+};
 
 class Tracker final : public VisualOdometry {
  public:
@@ -198,6 +207,7 @@ class Tracker final : public VisualOdometry {
       view.prior.reset();
     }
     if (!attempt.refusal.empty()) return recover(view, attempt.refusal, by_depth, out);
+    note_arrival(view, by_depth);
     if (is_followed) take_back_drift(attempt.registration.T_odom_camera * by_depth->T_odom_camera.inverse());
     const bool is_found_again = geometry_.is_active() && !is_followed;
     accept(view, attempt, is_found_again ? TrackingStatus::kRelocalised : TrackingStatus::kTracked, out);
@@ -268,6 +278,7 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
+    const auto arrival = std::exchange(arrival_, {});
     inertia_.accept(view, attempt.registration, status, T_odom_last_ * motion_by_velocity(view));
     const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     geometry_.end();
@@ -292,14 +303,15 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     best_inliers_ = std::max(best_inliers_, attempt.registration.inliers);
-    const bool due = keyframe_due(params_.tracker, map_.keyframes().back().T_odom_camera.inverse() * T,
-                                  attempt.registration.inliers, best_inliers_, keyframe_depth_m_);
+    const bool due =
+        arrival || keyframe_due(params_.tracker, map_.keyframes().back().T_odom_camera.inverse() * T,
+                                attempt.registration.inliers, best_inliers_, keyframe_depth_m_);
     FeatureSet features = due ? detect_features(view, T) : FeatureSet{};
     if (due && (status != TrackingStatus::kBridged || count_with_depth(features) >= kMinStartFeatures)) {
       const auto turn = inertia_.turn(map_.keyframes().back().record->stamp, view.frame->stamp);
       add_keyframe({&view, std::move(features), std::move(attempt.matches), T, covariance_last_,
                     covariance_in_camera(attempt.registration), submap_, std::nullopt, turn},
-                   out);
+                   out, arrival);
       map_.forget_unproven();
       if (timed_) timed_->is_keyframe = true;
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
@@ -336,12 +348,16 @@ class Tracker final : public VisualOdometry {
                          camera_, params_, keyframe_depth_m_);
   }
 
-  void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
+  void add_keyframe(KeyframeParts parts, TrackedFrame& out, const std::optional<Arrival>& arrival = {}) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
     const auto record =
         insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.kWindowKeyframes)});
-    record->T_odom_camera = T_odom_start_ * map_.keyframes().back().T_odom_camera;
+    const MapKeyframe& added = map_.keyframes().back();
+    record->T_odom_camera = T_odom_start_ * added.T_odom_camera;
+    if (arrival)
+      record->end_of_drift =
+          end_of_drift(map_, added, T_odom_start_ * arrival->T_odom_camera, arrival->covariance);
     out.new_keyframe = record;
     best_inliers_ = 0;
   }
@@ -416,6 +432,19 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
   }
 
+  /// Where tracking by depth, whose keyframes may have drifted, leads to in this frame.
+  void note_arrival(const TrackerFrame& view, const std::optional<GeometryAttempt>& by_depth) {
+    arrival_.reset();
+    if (!geometry_.has_keyframes()) return;
+    if (by_depth && by_depth->refusal.empty()) {
+      arrival_ = Arrival{by_depth->T_odom_camera, by_depth->motion_covariance};
+    } else {
+      Vec6 sigmas;
+      sigmas << Vec3::Constant(kGuessedSigma_m), Vec3::Constant(kGuessedSigma_rad);
+      arrival_ = Arrival{T_odom_last_ * motion_by_velocity(view), sigmas.cwiseAbs2().asDiagonal()};
+    }
+  }
+
   /// Moves the last pose by the drift of tracking by depth, now that landmarks are found again.
   void take_back_drift(const SE3& T_found_drifted) {
     T_odom_last_ = T_found_drifted * T_odom_last_;
@@ -431,6 +460,7 @@ class Tracker final : public VisualOdometry {
       Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
       if (attempt.refusal.empty()) {
         note(attempt, out.numbers);
+        note_arrival(view, by_depth);
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
@@ -480,6 +510,7 @@ class Tracker final : public VisualOdometry {
   Time posed_stamp_;
   std::size_t posed_frame_ = 0;      ///< index of the frame that `reference_` shows
   std::optional<TimedFrame> timed_;  ///< the last frame with a pose
+  std::optional<Arrival> arrival_;   ///< of the frame that is tracked, where landmarks end a stretch by depth
   LostState lost_;
   OnPose on_pose_;  ///< of the frame that is tracked; empty: it was told
   int submap_ = 0;

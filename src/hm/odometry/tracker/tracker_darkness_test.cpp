@@ -51,6 +51,24 @@ Walk walk_in_the_dark(int frames, int first, int end, Picture dark) {
   return walk;
 }
 
+/// The first frame with known landmarks is a keyframe that says where the darkness led to, and by which
+/// earlier keyframe it was found.
+void expect_end_of_drift(const TrackedFrame& tracked, const Walk& walk, int dark_first, int dark_end) {
+  ASSERT_NE(tracked.new_keyframe, nullptr);
+  ASSERT_TRUE(tracked.new_keyframe->end_of_drift);
+  const EndOfDrift& end = *tracked.new_keyframe->end_of_drift;
+  EXPECT_LT(end.known_frame, static_cast<std::size_t>(dark_first));
+  const auto& known = walk.frames[end.known_frame].new_keyframe;
+  ASSERT_NE(known, nullptr);
+  const SE3& T_odom_camera = tracked.new_keyframe->T_odom_camera;
+  EXPECT_LT(((known->T_odom_camera * end.T_known_camera).translation() - T_odom_camera.translation()).norm(),
+            0.005);
+  // It goes on from the last dark frame.
+  const SE3& T_odom_before = *walk.frames[static_cast<std::size_t>(dark_end) - 1].T_odom_camera;
+  EXPECT_LT((T_odom_before.translation() - end.T_odom_arrived.translation()).norm(), 0.03);
+  EXPECT_FALSE(end.arrived_covariance.isZero(0));
+}
+
 class TrackerInTheDark : public testing::TestWithParam<Picture> {};
 
 TEST_P(TrackerInTheDark, FollowsTheSurfacesAndFindsItsLandmarksAgain) {
@@ -67,6 +85,7 @@ TEST_P(TrackerInTheDark, FollowsTheSurfacesAndFindsItsLandmarksAgain) {
     EXPECT_LT(walk.errors_m[at], 0.025) << i;
     const double sigma_m = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace());
     EXPECT_LT(walk.errors_m[at], 5 * sigma_m + 0.003) << i;
+    if (i == kDarkEnd) expect_end_of_drift(tracked, walk, kDarkFirst, kDarkEnd);
     if (!tracked.numbers.by_depth || !tracked.new_keyframe) continue;
     ++keyframes;
     EXPECT_TRUE(tracked.new_keyframe->features.empty());

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "hm/core/statistics.hpp"
 #include "hm/geometry/solvers/small_solvers.hpp"
@@ -125,6 +126,21 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera, rows);
   record->observations = observations_of(map, added);
   return record;
+}
+
+std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const MapKeyframe& keyframe,
+                                       const SE3& T_odom_arrived, const Mat6& arrived_covariance) {
+  std::map<std::size_t, int> sighted;  // landmarks of earlier keyframes
+  for (const Sighting& sighting : keyframe.sightings)
+    if (const std::size_t anchor = map.landmark(sighting.landmark).anchor; anchor != keyframe.identity)
+      ++sighted[anchor];
+  const MapKeyframe* known = nullptr;
+  int most = 0;
+  for (const auto& [anchor, count] : sighted)
+    if (const MapKeyframe* found = count > most ? map.find(anchor) : nullptr) known = found, most = count;
+  if (!known) return std::nullopt;
+  return EndOfDrift{T_odom_arrived, arrived_covariance, known->record->frame_index,
+                    known->T_odom_camera.inverse() * keyframe.T_odom_camera};
 }
 
 std::vector<SurfaceReference> surface_references(const LocalMap& map) {

@@ -5,9 +5,14 @@
 namespace hm {
 namespace {
 
-/// Pose of a camera with this odometry pose, corrected like the keyframe.
-SE3 carried_by(const CorrectedKeyframe& keyframe, const SE3& T_odom_camera) {
-  return keyframe.T_map_camera * (keyframe.T_odom_camera.inverse() * T_odom_camera);
+/// Pose of a camera with this odometry pose, corrected like a keyframe before it.
+SE3 carried_by(const CorrectedKeyframe& before, const SE3& T_odom_camera) {
+  return before.T_map_camera * (before.T_odom_camera.inverse() * T_odom_camera);
+}
+
+/// The same by a keyframe after it.
+SE3 carried_back_by(const CorrectedKeyframe& after, const SE3& T_odom_camera) {
+  return after.T_map_camera * (after.T_odom_arrived.value_or(after.T_odom_camera).inverse() * T_odom_camera);
 }
 
 }  // namespace
@@ -32,7 +37,7 @@ std::optional<SE3> CorrectedKeyframes::T_map_camera(Time stamp, const SE3& T_odo
     return by_before;
   const CorrectedKeyframe& after = keyframes_[at + 1];
   const double share = (stamp - before.stamp).seconds() / (after.stamp - before.stamp).seconds();
-  return interpolate(by_before, carried_by(after, T_odom_camera), share);
+  return interpolate(by_before, carried_back_by(after, T_odom_camera), share);
 }
 
 int CorrectedKeyframes::map_at(Time stamp) const {

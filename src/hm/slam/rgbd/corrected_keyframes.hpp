@@ -16,6 +16,7 @@ struct CorrectedKeyframe {
   int submap = 0;
   int map = 0;  ///< index of the map; submaps connected by loops share one, 0 for the first submap
   SE3 T_odom_camera, T_map_camera;
+  std::optional<SE3> T_odom_arrived = {};  ///< pose to which drifted frames before lead (EndOfDrift)
 };
 
 /// Keyframe poses after global alignment, in order of time; a value that may be passed between threads. A map

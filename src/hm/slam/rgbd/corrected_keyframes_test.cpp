@@ -28,6 +28,22 @@ TEST(CorrectedKeyframes, NothingKnown) {
   EXPECT_EQ(none.corrected(way)[0].T_world_base.matrix(), way[0].T_world_base.matrix());
 }
 
+/// Odometry drifts by 0.4 m from one keyframe to the next, and finds its place again there: frames between
+/// them are corrected as the drift leads to the second one.
+TEST(CorrectedKeyframes, DriftEndsAtAKeyframe) {
+  const auto along_x = [](double x_m) { return SE3(Mat3::Identity(), Vec3(x_m, 0, 0)); };
+  CorrectedKeyframe end = keyframe_at(11, 0, along_x(1), along_x(1));
+  end.T_odom_arrived = along_x(1.4);
+  const CorrectedKeyframes corrected(
+      {keyframe_at(10, 0, {}, {}), end, keyframe_at(12, 0, along_x(2), along_x(2))});
+  for (const double share : {0.25, 0.5, 0.999})
+    EXPECT_NEAR(
+        corrected.T_map_camera(Time::from_seconds(10 + share), along_x(1.4 * share))->translation().x(),
+        share, 1e-9);
+  EXPECT_NEAR(corrected.T_map_camera(Time::from_seconds(11), along_x(1))->translation().x(), 1, 1e-9);
+  EXPECT_NEAR(corrected.T_map_camera(Time::from_seconds(11.5), along_x(1.5))->translation().x(), 1.5, 1e-9);
+}
+
 TEST(CorrectedKeyframes, PiecewiseCarriedAlong) {
   Rng rng(1);
   std::vector<CorrectedKeyframe> keyframes;

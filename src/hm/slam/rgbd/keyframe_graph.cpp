@@ -1,23 +1,32 @@
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <utility>
 
 #include "hm/core/check.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 
 namespace hm {
+namespace {
 
-Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params) {
+/// Pose of a keyframe to which odometry leads from the one before.
+const SE3& T_odom_arrived(const Keyframe& keyframe) {
+  return keyframe.end_of_drift ? keyframe.end_of_drift->T_odom_arrived : keyframe.T_odom_camera;
+}
+
+}  // namespace
+
+Mat6 odometry_covariance(const SE3& T_last_now, const Mat6& stated, const RgbdLoopParams& params) {
   const double way_m = T_last_now.translation().norm();
-  const bool is_known = !now.motion_covariance.isZero(0);
+  const bool is_known = !stated.isZero(0);
   const double sigma_m = is_known ? params.kOdometryFloor_m + params.kOdometryFloorRatio * way_m
                                   : params.kOdometrySigma_m + params.kOdometryDriftRatio * way_m;
   const double sigma_rad = is_known ? params.kOdometryFloor_rad + params.kOdometryFloor_rad_m * way_m
                                     : params.kOdometrySigma_rad + params.kOdometryDrift_rad_m * way_m;
   Vec6 variances;
   variances << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
-  return now.motion_covariance + Mat6(variances.asDiagonal());
+  return stated + Mat6(variances.asDiagonal());
 }
 
 std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
@@ -30,9 +39,13 @@ std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
            keyframe->submap, last->stamp.seconds(), last->submap);
   HM_CHECK(is_rigid(keyframe->T_odom_camera));
   if (last != nullptr && last->submap == keyframe->submap) {
-    PoseEdge3D edge{node - 1, node, last->T_odom_camera.inverse() * keyframe->T_odom_camera, Mat6::Identity(),
-                    PoseEdgeKind::kOdometry};
-    edge.information = odometry_covariance(edge.T_from_to, *keyframe, params_).inverse();
+    const auto& drift = keyframe->end_of_drift;
+    PoseEdge3D edge{node - 1, node, last->T_odom_camera.inverse() * T_odom_arrived(*keyframe),
+                    Mat6::Identity(), PoseEdgeKind::kOdometry};
+    edge.information =
+        odometry_covariance(edge.T_from_to, drift ? drift->arrived_covariance : keyframe->motion_covariance,
+                            params_)
+            .inverse();
     graph_.T_map_node.push_back(graph_.T_map_node.back() * edge.T_from_to);
     graph_.edges.push_back(edge);
     paths_.add_edge(edge);
@@ -43,7 +56,21 @@ std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
     first_of_submap_.push_back(node);
   }
   keyframes_.push_back(std::move(keyframe));
+  if (const auto& drift = keyframes_.back()->end_of_drift) add_end_of_drift(*drift);
   return node;
+}
+
+/// Edge between the last keyframe and the one whose landmarks have found it.
+void KeyframeGraph::add_end_of_drift(const EndOfDrift& end) {
+  const auto known = std::ranges::lower_bound(keyframes_, end.known_frame, {},
+                                              [](const auto& keyframe) { return keyframe->frame_index; });
+  const Keyframe& now = *keyframes_.back();
+  if (known + 1 >= keyframes_.end() || (*known)->frame_index != end.known_frame ||
+      (*known)->submap != now.submap)
+    return;
+  add_loop({static_cast<std::size_t>(known - keyframes_.begin()), size() - 1, end.T_known_camera,
+            odometry_covariance(end.T_known_camera, now.motion_covariance, params_).inverse(),
+            PoseEdgeKind::kLoop});
 }
 
 void KeyframeGraph::add_loop(const PoseEdge3D& edge) {
@@ -116,9 +143,17 @@ SE3 KeyframeGraph::T_map_odom() const {
 CorrectedKeyframes KeyframeGraph::corrected() const {
   std::vector<CorrectedKeyframe> corrected;
   corrected.reserve(size());
-  for (std::size_t i = 0; i < size(); ++i)
-    corrected.push_back({keyframes_[i]->frame_index, keyframes_[i]->stamp, keyframes_[i]->submap, map_of_[i],
-                         keyframes_[i]->T_odom_camera, graph_.T_map_node[i]});
+  for (std::size_t i = 0; i < size(); ++i) {
+    const Keyframe& keyframe = *keyframes_[i];
+    corrected.push_back({keyframe.frame_index,
+                         keyframe.stamp,
+                         keyframe.submap,
+                         map_of_[i],
+                         keyframe.T_odom_camera,
+                         graph_.T_map_node[i],
+                         {}});
+    if (const auto& drift = keyframe.end_of_drift) corrected.back().T_odom_arrived = drift->T_odom_arrived;
+  }
   return CorrectedKeyframes(std::move(corrected));
 }
 

@@ -25,7 +25,8 @@ class KeyframeGraph {
  public:
   explicit KeyframeGraph(const RgbdLoopParams& params) : params_(params) {}
 
-  /// Adds a keyframe where odometry puts it; returns its node.
+  /// Adds a keyframe where odometry puts it; returns its node. One that ends a drift stays where the drift
+  /// leads, until the graph is solved with its edge to the keyframe that it was found by.
   std::size_t add(std::shared_ptr<const Keyframe> keyframe);
   /// Adds a loop. Between two maps: the younger map is moved as a whole to where the loop puts it, and they
   /// become one.
@@ -54,6 +55,7 @@ class KeyframeGraph {
   [[nodiscard]] SE3 T_map_odom() const;
 
  private:
+  void add_end_of_drift(const EndOfDrift& end);
   RgbdLoopParams params_;
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;
   std::vector<int> map_of_;
@@ -62,9 +64,8 @@ class KeyframeGraph {
   PathUncertainty3D paths_;
 };
 
-/// Covariance of odometry's move from a keyframe to the next one, `now`: the stated one
-/// (Keyframe::motion_covariance) with a share of the way for errors it does not model; a larger share where
-/// none is stated.
-Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params);
+/// Covariance of odometry's move from a keyframe to another one: the stated one (Keyframe::motion_covariance)
+/// with a share of the way for errors it does not model; a larger share where none is stated (zero).
+Mat6 odometry_covariance(const SE3& T_last_now, const Mat6& stated, const RgbdLoopParams& params);
 
 }  // namespace hm

@@ -156,6 +156,7 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   Impl& m = *impl_;
   RgbdLoopStep step;
   step.node = m.graph.add(std::move(keyframe));
+  m.large_correction |= m.graph.keyframe(step.node).end_of_drift.has_value();
   if (m.params.bundle_adjustment && m.graph.keyframe(step.node).observations.empty())
     m.link_with_last(step.node);
   if (m.params.enabled) {

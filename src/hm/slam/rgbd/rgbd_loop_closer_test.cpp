@@ -137,6 +137,33 @@ TEST(RgbdLoopCloser, CertainOdometryIsLeftInPeace) {
   }
 }
 
+/// Ten keyframes a metre apart; from the fourth to the seventh odometry drifts by 10 cm each, by surfaces
+/// that say so, and is then found by landmarks of the third: the drift is taken out of those between, and
+/// none of it is in the motion to the eighth.
+TEST(RgbdLoopCloser, DriftIsTakenOutOfTheKeyframesBetween) {
+  const auto along_x = [](double x_m) { return SE3(Mat3::Identity(), Vec3(x_m, 0, 0)); };
+  RgbdLoopParams params;
+  params.bundle_adjustment = false;
+  RgbdLoopCloser closer(landmark_camera(), params);
+  for (int i = 0; i < 10; ++i) {
+    const double drift_m = i < 3 || i > 7 ? 0 : 0.1 * (i - 2);
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->frame_index = static_cast<std::size_t>(10 * i);
+    keyframe->stamp = Time::from_seconds(1 + i);
+    keyframe->T_odom_camera = along_x(i + (i < 7 ? drift_m : 0));
+    keyframe->motion_covariance = Mat6::Identity() * (i < 3 || i > 6 ? 1e-6 : 0.01);
+    if (i == 7)
+      keyframe->end_of_drift = EndOfDrift{along_x(i + drift_m), Mat6::Identity() * 0.01, 20, along_x(5)};
+    const RgbdLoopStep step = closer.add(keyframe);
+    EXPECT_EQ(step.solved, i == 7) << i;
+  }
+  const CorrectedKeyframes corrected = closer.corrected();
+  for (int i = 0; i < 10; ++i)
+    EXPECT_NEAR(corrected.keyframes()[static_cast<std::size_t>(i)].T_map_camera.translation().x(), i, 0.01)
+        << i;
+  EXPECT_LT(corrected.T_map_odom().translation().norm(), 0.01);
+}
+
 TEST(RgbdLoopCloser, DisabledItLinksNoVisits) {
   RgbdLoopParams params;
   params.enabled = false;

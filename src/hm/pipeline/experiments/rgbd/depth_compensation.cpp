@@ -34,7 +34,7 @@ CorrectedKeyframes choose_keyframes(const RecordingInfo& info, const Reconstruct
       const SE3 step = chosen.back().T_map_camera.inverse() * T;
       if (step.translation().norm() < kKeyframe_m && step.angle() < kKeyframe_rad) continue;
     }
-    chosen.push_back({i, info.stamps[i], 0, 0, T, T});
+    chosen.push_back({i, info.stamps[i], 0, 0, T, T, {}});
   }
   return CorrectedKeyframes(std::move(chosen));
 }

@@ -15,7 +15,7 @@ namespace hm {
 namespace {
 
 constexpr std::string_view kStateMagic = "hmslamst";
-constexpr std::uint32_t kStateFileVersion = 6;
+constexpr std::uint32_t kStateFileVersion = 7;
 
 }  // namespace
 
