@@ -19,6 +19,8 @@ constexpr double kLeastCompared = 0.25, kLeastFitting = 0.7;
 constexpr double kSureCompared = 0.5, kSureFitting = 0.85, kSureSigma_m = 0.05;
 constexpr double kUsableCells = 0.1;  // with depth
 constexpr double kMostUncertain_m = 0.25;
+// Deviations of a pose where neither images nor surfaces showed the motion.
+constexpr double kGuessedSigma_m = 0.3, kGuessedSigma_rad = 0.3;
 
 double position_sigma_m(const Mat6& covariance_in_camera) {
   return std::sqrt(std::max(0.0, covariance_in_camera.topLeftCorner<3, 3>().trace()));
@@ -106,6 +108,16 @@ void GeometryTracker::accept(const GeometryAttempt& attempt, const GeometryFrame
   filter_ = attempt.filter;
   start_covariance_ = attempt.start_covariance;
   if (attempt.keyframe_due) add_reference(frame, filter_.T_odom_camera(), attempt.covariance_in_model);
+}
+
+std::optional<DepthArrival> GeometryTracker::arrival(const std::optional<GeometryAttempt>& attempt,
+                                                     const SE3& T_odom_guess) const {
+  if (!active_ || references_.empty()) return std::nullopt;
+  if (attempt && attempt->refusal.empty())
+    return DepthArrival{attempt->T_odom_camera, attempt->motion_covariance};
+  Vec6 sigmas;
+  sigmas << Vec3::Constant(kGuessedSigma_m), Vec3::Constant(kGuessedSigma_rad);
+  return DepthArrival{T_odom_guess, sigmas.cwiseAbs2().asDiagonal()};
 }
 
 void GeometryTracker::end() {

@@ -47,6 +47,13 @@ struct GeometryAttempt {
   Mat6 covariance_in_model = Mat6::Zero(), start_covariance = Mat6::Zero();
 };
 
+/// Pose to which tracking by depth leads, and the covariance of its motion since the last keyframe
+/// (perturbation in the camera's frame).
+struct DepthArrival {
+  SE3 T_odom_camera;
+  Mat6 covariance;
+};
+
 /// Tracks frames by their depth images alone, when there is no colour image or nothing in it: against the
 /// depth images of keyframes, with and without colour, that see the same surfaces. What these do not hold
 /// follows the prediction at constant velocity, and the covariance says so. The model of landmarks is not
@@ -57,8 +64,6 @@ class GeometryTracker {
 
   /// The last frame with a pose was tracked by its surfaces.
   [[nodiscard]] bool is_active() const { return active_; }
-  /// Keyframes of its own have their poses from surfaces alone.
-  [[nodiscard]] bool has_keyframes() const { return active_ && !references_.empty(); }
   /// Enough depth to start or follow.
   [[nodiscard]] static bool is_usable(const DepthGrid& grid);
 
@@ -70,6 +75,11 @@ class GeometryTracker {
                                         std::span<const SurfaceReference> keyframes) const;
   /// Takes the pose of an attempt without a refusal; the frame becomes a reference if that is due.
   void accept(const GeometryAttempt& attempt, const GeometryFrame& frame);
+  /// Where it leads to in a frame whose pose landmarks have found; nothing if it is not active, or none of
+  /// its frames became a reference. `T_odom_guess`: without an attempt that was right, the pose as last
+  /// predicted.
+  [[nodiscard]] std::optional<DepthArrival> arrival(const std::optional<GeometryAttempt>& attempt,
+                                                    const SE3& T_odom_guess) const;
   /// Ends: the last pose comes from landmarks again.
   void end();
 

@@ -113,8 +113,8 @@ TEST(GeometryTracker, APlaneLeavesThreeDirectionsToThePrediction) {
   }
 }
 
-/// Depth four times as noisy as it is taken for: normals that err by degrees seem to hold the camera along the
-/// wall, at rest.
+/// Depth four times as noisy as it is taken for: normals that err by degrees seem to hold the camera along
+/// the wall, at rest.
 TEST(GeometryTracker, ANoisyPlaneHoldsNoMore) {
   const Vec6 believed = twist(Vec3(0.25, -0.2, 0), Vec3(0, 0, 0.4));
   DepthNoise noise;

@@ -14,6 +14,11 @@ struct TimedFrame {
   bool is_keyframe = false;
   std::vector<LandmarkMatch> matches;
 
+  /// Motion at its time, the mean of those in the intervals before and after it.
+  [[nodiscard]] InstantMotion motion(const Vec6& twist_after_s, double interval_s) const {
+    const Vec6 twist_s = twist_before_s.value_or(twist_after_s);
+    return {0.5 * (twist_s + twist_after_s), (twist_after_s - twist_s) / interval_s};
+  }
   template <class Archive>
   void visit_state(Archive& archive) {
     archive(reference, T_odom_camera, twist_before_s, is_keyframe, matches);

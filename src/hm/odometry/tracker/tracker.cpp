@@ -26,15 +26,6 @@ constexpr int kUnknownFrames = 5;          // with features but no known landmar
 constexpr double kLongGap_s = 0.1;         // without a pose: the camera may have rotated far
 constexpr double kShortGap_s = 0.25;       // the last picture still shows part of this one
 constexpr double kMaxBridgeSigma_m = 0.3;  // of a pose without images; beyond it the frame is lost
-// Deviations of a prediction where neither images nor surfaces showed the motion.
-constexpr double kGuessedSigma_m = 0.3, kGuessedSigma_rad = 0.3;
-
-/// A pose to which tracking by depth leads, and the covariance of its motion since the last keyframe
-/// (perturbation in the camera's frame).
-struct Arrival {
-  SE3 T_odom_camera;
-  Mat6 covariance;
-};
 
 class Tracker final : public VisualOdometry {
  public:
@@ -139,8 +130,7 @@ class Tracker final : public VisualOdometry {
     if (const OnPose on_pose = std::exchange(on_pose_, {})) on_pose(T_odom_start_ * *out.T_odom_camera);
   }
 
-  /// Transforms a result to odom. The model's frame is that of the first camera, so that results do not
-  /// depend on odom.
+  /// Transforms a result to odom from the model's frame, the first camera's: results do not depend on odom.
   void move_to_odom(TrackedFrame& out) const {
     out.T_odom_camera = T_odom_start_ * *out.T_odom_camera;
     out.covariance = covariance_by_adjoint(out.covariance, T_odom_start_);
@@ -207,8 +197,11 @@ class Tracker final : public VisualOdometry {
       view.prior.reset();
     }
     if (!attempt.refusal.empty()) return recover(view, attempt.refusal, by_depth, out);
-    note_arrival(view, by_depth);
-    if (is_followed) take_back_drift(attempt.registration.T_odom_camera * by_depth->T_odom_camera.inverse());
+    arrival_ = geometry_.arrival(by_depth, T_odom_last_ * motion_by_velocity(view));
+    if (is_followed) {  // the drift of tracking by depth, now that landmarks are found again
+      T_odom_last_ = attempt.registration.T_odom_camera * by_depth->T_odom_camera.inverse() * T_odom_last_;
+      filter_.restart(reference_.grid, T_odom_last_);
+    }
     const bool is_found_again = geometry_.is_active() && !is_followed;
     accept(view, attempt, is_found_again ? TrackingStatus::kRelocalised : TrackingStatus::kTracked, out);
   }
@@ -278,7 +271,6 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    const auto arrival = std::exchange(arrival_, {});
     inertia_.accept(view, attempt.registration, status, T_odom_last_ * motion_by_velocity(view));
     const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     geometry_.end();
@@ -304,14 +296,14 @@ class Tracker final : public VisualOdometry {
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     best_inliers_ = std::max(best_inliers_, attempt.registration.inliers);
     const bool due =
-        arrival || keyframe_due(params_.tracker, map_.keyframes().back().T_odom_camera.inverse() * T,
-                                attempt.registration.inliers, best_inliers_, keyframe_depth_m_);
+        arrival_ || keyframe_due(params_.tracker, map_.keyframes().back().T_odom_camera.inverse() * T,
+                                 attempt.registration.inliers, best_inliers_, keyframe_depth_m_);
     FeatureSet features = due ? detect_features(view, T) : FeatureSet{};
     if (due && (status != TrackingStatus::kBridged || count_with_depth(features) >= kMinStartFeatures)) {
       const auto turn = inertia_.turn(map_.keyframes().back().record->stamp, view.frame->stamp);
       add_keyframe({&view, std::move(features), std::move(attempt.matches), T, covariance_last_,
                     covariance_in_camera(attempt.registration), submap_, std::nullopt, turn},
-                   out, arrival);
+                   out);
       map_.forget_unproven();
       if (timed_) timed_->is_keyframe = true;
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
@@ -327,16 +319,15 @@ class Tracker final : public VisualOdometry {
   SE3 publish(const TrackerFrame& view, const SE3& T, const SE3& T_camera_depth, TrackingStatus status) {
     if (!params_.tracker.motion_filter) return T;
     const SE3 T_odom_depth = T * T_camera_depth;
-    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T_odom_depth);
-    if (status != TrackingStatus::kTracked) return T;
-    return filter_.update(view.grid, T_odom_depth) * T_camera_depth.inverse();
+    if (status == TrackingStatus::kTracked)
+      return filter_.update(view.grid, T_odom_depth) * T_camera_depth.inverse();
+    filter_.restart(view.grid, T_odom_depth);
+    return T;
   }
 
   /// Uses the last frame with the mean of the velocities before and after it, now that both are known.
   void settle_times(const TimedFrame& frame, const Vec6& twist_after_s, double interval_s) {
-    const Vec6 twist_before_s = frame.twist_before_s.value_or(twist_after_s);
-    const InstantMotion motion{0.5 * (twist_before_s + twist_after_s),
-                               (twist_after_s - twist_before_s) / interval_s};
+    const InstantMotion motion = frame.motion(twist_after_s, interval_s);
     if (const MapKeyframe* reference = map_.find(frame.reference))
       color_times_.add(*reference, frame, reference_.grid, motion, camera_, noise());
     if (frame.is_keyframe) retime_keyframe(map_, motion, color_times_.in_use(), camera_);
@@ -348,16 +339,14 @@ class Tracker final : public VisualOdometry {
                          camera_, params_, keyframe_depth_m_);
   }
 
-  void add_keyframe(KeyframeParts parts, TrackedFrame& out, const std::optional<Arrival>& arrival = {}) {
+  void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
     const auto record =
         insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.kWindowKeyframes)});
-    const MapKeyframe& added = map_.keyframes().back();
-    record->T_odom_camera = T_odom_start_ * added.T_odom_camera;
-    if (arrival)
-      record->end_of_drift =
-          end_of_drift(map_, added, T_odom_start_ * arrival->T_odom_camera, arrival->covariance);
+    record->T_odom_camera = T_odom_start_ * map_.keyframes().back().T_odom_camera;
+    if (const auto arrival = std::exchange(arrival_, {}))
+      record->end_of_drift = end_of_drift(map_, *arrival, T_odom_start_);
     out.new_keyframe = record;
     best_inliers_ = 0;
   }
@@ -432,25 +421,6 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
   }
 
-  /// Where tracking by depth, whose keyframes may have drifted, leads to in this frame.
-  void note_arrival(const TrackerFrame& view, const std::optional<GeometryAttempt>& by_depth) {
-    arrival_.reset();
-    if (!geometry_.has_keyframes()) return;
-    if (by_depth && by_depth->refusal.empty()) {
-      arrival_ = Arrival{by_depth->T_odom_camera, by_depth->motion_covariance};
-    } else {
-      Vec6 sigmas;
-      sigmas << Vec3::Constant(kGuessedSigma_m), Vec3::Constant(kGuessedSigma_rad);
-      arrival_ = Arrival{T_odom_last_ * motion_by_velocity(view), sigmas.cwiseAbs2().asDiagonal()};
-    }
-  }
-
-  /// Moves the last pose by the drift of tracking by depth, now that landmarks are found again.
-  void take_back_drift(const SE3& T_found_drifted) {
-    T_odom_last_ = T_found_drifted * T_odom_last_;
-    filter_.restart(reference_.grid, T_odom_last_);
-  }
-
   /// Relocalises among the keyframes, or follows the depth image; after some time starts a new submap.
   void recover(const TrackerFrame& view, const std::string& refusal, std::optional<GeometryAttempt>& by_depth,
                TrackedFrame& out) {
@@ -460,7 +430,7 @@ class Tracker final : public VisualOdometry {
       Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
       if (attempt.refusal.empty()) {
         note(attempt, out.numbers);
-        note_arrival(view, by_depth);
+        arrival_ = geometry_.arrival(by_depth, T_odom_last_ * motion_by_velocity(view));
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
@@ -508,9 +478,9 @@ class Tracker final : public VisualOdometry {
   std::optional<Time> last_stamp_;
   FrameClock clock_;
   Time posed_stamp_;
-  std::size_t posed_frame_ = 0;      ///< index of the frame that `reference_` shows
-  std::optional<TimedFrame> timed_;  ///< the last frame with a pose
-  std::optional<Arrival> arrival_;   ///< of the frame that is tracked, where landmarks end a stretch by depth
+  std::size_t posed_frame_ = 0;          ///< index of the frame that `reference_` shows
+  std::optional<TimedFrame> timed_;      ///< the last frame with a pose
+  std::optional<DepthArrival> arrival_;  ///< in this frame, at the end of a stretch by depth
   LostState lost_;
   OnPose on_pose_;  ///< of the frame that is tracked; empty: it was told
   int submap_ = 0;

@@ -128,8 +128,9 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   return record;
 }
 
-std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const MapKeyframe& keyframe,
-                                       const SE3& T_odom_arrived, const Mat6& arrived_covariance) {
+std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const DepthArrival& arrival,
+                                       const SE3& T_odom_model) {
+  const MapKeyframe& keyframe = map.keyframes().back();
   std::map<std::size_t, int> sighted;  // landmarks of earlier keyframes
   for (const Sighting& sighting : keyframe.sightings)
     if (const std::size_t anchor = map.landmark(sighting.landmark).anchor; anchor != keyframe.identity)
@@ -139,7 +140,7 @@ std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const MapKeyframe& k
   for (const auto& [anchor, count] : sighted)
     if (const MapKeyframe* found = count > most ? map.find(anchor) : nullptr) known = found, most = count;
   if (!known) return std::nullopt;
-  return EndOfDrift{T_odom_arrived, arrived_covariance, known->record->frame_index,
+  return EndOfDrift{T_odom_model * arrival.T_odom_camera, arrival.covariance, known->record->frame_index,
                     known->T_odom_camera.inverse() * keyframe.T_odom_camera};
 }
 

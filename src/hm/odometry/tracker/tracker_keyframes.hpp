@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "hm/odometry/feature/feature_detection.hpp"
-#include "hm/odometry/geometry_tracking/surface_reference.hpp"
+#include "hm/odometry/geometry_tracking/geometry_tracker.hpp"
 #include "hm/odometry/inertial/inertial_window.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
@@ -36,11 +36,11 @@ bool keyframe_due(const TrackerParams& params, const SE3& T_keyframe_camera, int
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
                                           const RegistrationParams& params, std::size_t target_landmarks);
 
-/// Of a keyframe whose pose landmarks have found after a stretch tracked by depth: how it hangs together with
-/// the keyframe that most of its sighted landmarks come from; nothing if that has left the model.
-/// `T_odom_arrived`: its pose by that stretch.
-std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const MapKeyframe& keyframe,
-                                       const SE3& T_odom_arrived, const Mat6& arrived_covariance);
+/// Of the newest keyframe, whose pose landmarks have found after a stretch tracked by depth: how it hangs
+/// together with the keyframe that most of its sighted landmarks come from; nothing if that has left the
+/// model.
+std::optional<EndOfDrift> end_of_drift(const LocalMap& map, const DepthArrival& arrival,
+                                       const SE3& T_odom_model);
 
 /// The depth images of the model's keyframes, at their present poses.
 std::vector<SurfaceReference> surface_references(const LocalMap& map);
