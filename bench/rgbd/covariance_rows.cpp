@@ -117,7 +117,7 @@ void add_keyframe(const KnownKeyframe* last, const KnownKeyframe& now, Consisten
   if (last->keyframe->submap != now.keyframe->submap) return;
   const PoseEdge3D edge{0, 1, last->keyframe->T_odom_camera.inverse() * now.keyframe->T_odom_camera};
   found.edges.add(pose_edge_error(edge, last->T_world_camera, now.T_world_camera),
-                  odometry_covariance(edge.T_from_to, *now.keyframe, {}));
+                  odometry_covariance(edge.T_from_to, now.keyframe->motion_covariance, {}));
 }
 
 Consistency follow(int seed, int frames, int threads) {

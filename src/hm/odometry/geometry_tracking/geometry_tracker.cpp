@@ -44,9 +44,10 @@ std::string refusal_of(const ReferenceRegistration& found, double sigma_m) {
 
 }  // namespace
 
+double GeometryAttempt::sigma_m() const { return position_sigma_m(covariance_since_model); }
+
 bool GeometryAttempt::is_sure() const {
-  return compared_ratio > kSureCompared && fitting_ratio > kSureFitting &&
-         position_sigma_m(covariance_since_model) < kSureSigma_m;
+  return compared_ratio > kSureCompared && fitting_ratio > kSureFitting && sigma_m() < kSureSigma_m;
 }
 
 bool GeometryTracker::is_usable(const DepthGrid& grid) {
@@ -93,7 +94,7 @@ GeometryAttempt GeometryTracker::attempt(const GeometryStart& start, const Geome
       covariance_by_adjoint(out.motion_covariance, found.T_odom_depth) + found.reference_covariance;
   out.covariance_since_model = covariance_by_adjoint(out.covariance_in_model, found.T_odom_depth.inverse());
   out.covariance = out.start_covariance + out.covariance_in_model;
-  out.refusal = refusal_of(found, position_sigma_m(out.covariance_since_model));
+  out.refusal = refusal_of(found, out.sigma_m());
   if (!active_ && !out.refusal.empty()) surfaces_.clear();
   const SE3 T_depth_camera = motion_until_color(frame, out.filter.twist_s());
   out.T_odom_camera = found.T_odom_depth * T_depth_camera;

@@ -39,6 +39,8 @@ struct GeometryAttempt {
   bool keyframe_due = false;  ///< little of the view is shared with any reference
   double compared_ratio = 0, fitting_ratio = 0;  ///< as in ReferenceRegistration
   std::string refusal;                           ///< empty: the pose is valid
+  /// Deviation of the position since the model's keyframes.
+  [[nodiscard]] double sigma_m() const;
   /// Most readings are on known surfaces, agree with them, and hold the camera: nothing large moves by
   /// itself.
   [[nodiscard]] bool is_sure() const;

@@ -50,6 +50,7 @@ struct TrackingNumbers {
   double depth_coverage_ratio = 0;  ///< pixels with a depth reading
   bool turn_given = false;          ///< the prediction used a gyroscope
   bool by_depth = false;            ///< the pose comes from the depth image alone
+  double by_depth_sigma_m = 0;      ///< `by_depth`: deviation of the position since the last known landmark
   GravityUse gravity = GravityUse::kNone;
   InertialUse inertial = InertialUse::kNone;
   double readout_s = 0, color_delay_s = 0;  ///< of the colour image, as used (TrackerParams)
@@ -59,7 +60,7 @@ struct TrackingNumbers {
   template <class Archive>
   void visit_state(Archive& archive) {
     archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given,
-            by_depth);
+            by_depth, by_depth_sigma_m);
     archive.choice(gravity, 3);
     archive.choice(inertial, 5);
     archive(readout_s, color_delay_s, model_points, features_ms, prediction_ms, registration_ms, model_ms,

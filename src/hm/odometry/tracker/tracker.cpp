@@ -374,8 +374,7 @@ class Tracker final : public VisualOdometry {
         make_depth_keyframe({&view, {}, {}, T_odom_start_ * T_odom_last_, {}, Mat6::Zero(), submap_});
   }
 
-  /// Takes the pose from the depth image. Where the model has no landmarks for the features of this and the
-  /// last few frames, it gets them here.
+  /// Takes the pose from the depth image. The model gets landmarks where the last few frames' are unknown.
   void accept_by_depth(const TrackerFrame& view, const GeometryAttempt& attempt, FeatureSet features,
                        TrackedFrame& out) {
     geometry_.accept(attempt, geometry_frame(view));
@@ -385,6 +384,7 @@ class Tracker final : public VisualOdometry {
     out.T_camera_depth = attempt.T_camera_depth;
     filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);
     finish_by_depth(TrackingStatus::kTracked, out);
+    out.numbers.by_depth_sigma_m = attempt.sigma_m();
     unknown_frames_ = count_with_depth(features) < kMinStartFeatures ? 0 : unknown_frames_ + 1;
     if (unknown_frames_ > 0 && (map_.empty() || unknown_frames_ >= kUnknownFrames)) {
       add_keyframe({&view,

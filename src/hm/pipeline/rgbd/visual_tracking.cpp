@@ -16,6 +16,9 @@
 namespace hm {
 namespace {
 
+/// Deviation of a position by surfaces alone that is doubtful: what is mapped there is doubled by as much.
+constexpr double kDoubtfulSigma_m = 0.1;
+
 /// Why preintegrated readings did not predict a frame; empty: they did, or were not to.
 std::string why_not(InertialUse use) {
   switch (use) {
@@ -30,6 +33,13 @@ std::string why_not(InertialUse use) {
       return "constant velocity predicts the images better";
   }
   return {};
+}
+
+/// The frame that surfaces alone leave most uncertain; null: all have landmarks.
+const VisualFrame* most_uncertain_by_depth(const VisualTrack& track) {
+  const auto most = std::ranges::max_element(
+      track.frames, {}, [](const VisualFrame& frame) { return frame.numbers.by_depth_sigma_m; });
+  return most == track.frames.end() || most->numbers.by_depth_sigma_m == 0 ? nullptr : &*most;
 }
 
 }  // namespace
@@ -174,6 +184,13 @@ bool needs_color(const OdometryParams& parameters) { return parameters.method !=
 void judge_tracking(const VisualTrack& track, RunVerdict& verdict) {
   judge_missing_poses(track.frames_lost + track.unused.size(), track.frames_read + track.unused.size(),
                       "frames", verdict);
+  const VisualFrame* const uncertain = most_uncertain_by_depth(track);
+  if (uncertain && uncertain->numbers.by_depth_sigma_m > kDoubtfulSigma_m)
+    verdict.add(
+        MapVerdict::kDoubtful,
+        fmt::format("around {:.1f} s after the start, surfaces alone show the camera's place, to +- {:.2f} m",
+                    (uncertain->stamp - track.frames.front().stamp).seconds(),
+                    uncertain->numbers.by_depth_sigma_m));
 }
 
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings) {
@@ -208,6 +225,9 @@ void visit(const VisualTrack& track, SummaryTree& v) {
     frames({"read"}, track.frames_read);
     frames({"tracked"}, track.frames_tracked);
     frames({"by_depth"}, track.frames_by_depth);
+    if (const VisualFrame* const most = most_uncertain_by_depth(track))
+      frames({"by_depth_sigma_m", "place by surfaces alone uncertain by", "{:.3f} m"},
+             most->numbers.by_depth_sigma_m);
     frames({"lost"}, track.frames_lost);
     frames({"unused"}, track.unused.size());
   });
