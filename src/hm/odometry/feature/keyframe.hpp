@@ -52,7 +52,7 @@ struct Keyframe {
   int submap = 0;       ///< a new one starts when tracking is lost and relocalisation fails
   SE3 T_odom_camera;    ///< pose in the model; TrackedFrame::T_odom_camera is filtered
   FeatureSet features;  ///< all features of the frame with descriptors, also those without depth
-  /// Covariance of the motion since the previous keyframe (with `end_of_drift`: since that keyframe), as a
+  /// Covariance of the motion since the previous keyframe (with `end_of_drift`: since its known one), as a
   /// perturbation [dt; dw] in this camera's frame; zero: unknown.
   Mat6 motion_covariance = Mat6::Zero();
   /// Observed landmarks; empty for methods without landmarks.

@@ -148,9 +148,9 @@ PoseEquations without_normal_noise(const PoseEquations& equations, const NormalC
   Vec6 left, share;
   for (int i = 0; i < 6; ++i) {
     left[i] = std::max(0.0, held.values[i] - noise);
-    if (normals.normals >= kLeastNormals) {
-      const Vec6 direction = unit.asDiagonal() * held.vectors.col(i);
-      const double by_one = direction.dot(normals.by_one * direction);
+    const Vec6 direction = unit.asDiagonal() * held.vectors.col(i);
+    const double by_one = direction.dot(normals.by_one * direction);
+    if (normals.normals >= kLeastNormals && by_one > 0) {
       const double by_both = direction.dot(normals.by_both * direction);
       const double noise_of_one = std::max(0.0, by_one - by_both);
       const double chance = kConfirmedSigmas / std::sqrt(static_cast<double>(normals.normals));
