@@ -85,8 +85,9 @@ class SlamResume(support.SharedFolderTest):
         for damaged in (good_state[:-1], good_state[:300], b"", good_state[:500] + b"\x99" + good_state[501:]):
             state.write_bytes(damaged)
             self.assertIn("slam_state.bin", refused())
-        state.write_bytes(good_state[:8] + b"\x07" + good_state[9:])
-        self.assertIn("version 7", refused())
+        next_version = good_state[8] + 1
+        state.write_bytes(good_state[:8] + bytes([next_version]) + good_state[9:])
+        self.assertIn(f"version {next_version}", refused())
         state.write_bytes(good_state)
         journal.write_bytes(good_journal[:2000])
         self.assertIn("slam_journal.bin", refused())
