@@ -11,6 +11,7 @@ from pathlib import Path
 
 try:
     from selenium import webdriver
+    from selenium.common.exceptions import SessionNotCreatedException
     from selenium.webdriver.chrome.service import Service
 except ImportError:
     webdriver = None
@@ -78,7 +79,10 @@ def open_browser(size=DESK, phone=False, dark=False, webgl=True):
     if phone:
         options.add_experimental_option("mobileEmulation", {
             "deviceMetrics": {"width": size[0], "height": size[1], "pixelRatio": float(os.environ.get("HM_PIXEL_RATIO", "1")), "touch": True}})
-    driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    try:
+        driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    except SessionNotCreatedException:  # as where a busy machine's browser does not answer in time
+        driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
     if not phone:
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
@@ -87,15 +91,16 @@ def open_browser(size=DESK, phone=False, dark=False, webgl=True):
     return driver
 
 
-def wait_for(driver, script, seconds=20, what=None):
-    """The first true value of an expression of the page."""
+def wait_for(driver, script, seconds=60, what=None):
+    """The first true value of an expression of the page, which may fail while what it looks at is not there. The bound is for busy
+    machines."""
     end = time.monotonic() + seconds
     while True:
-        value = driver.execute_script(f"return {script}")
+        value, error = driver.execute_script(f"try {{ return [{script}, '']; }} catch (error) {{ return [null, ': ' + error]; }}")
         if value:
             return value
         if time.monotonic() > end:
-            raise AssertionError(f"{what or script}: not within {seconds} s")
+            raise AssertionError(f"{what or script}: not within {seconds} s{error}")
         time.sleep(0.05)
 
 
