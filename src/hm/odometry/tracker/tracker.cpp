@@ -187,7 +187,7 @@ class Tracker final : public VisualOdometry {
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
     Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
-    if (!attempt.refusal.empty()) attempt_by_velocity(view, attempt);
+    attempt_by_velocity(view, attempt);
     if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out.numbers);
@@ -252,15 +252,13 @@ class Tracker final : public VisualOdometry {
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
-  /// Repeats the attempt from the last velocity with a wide search, as in the blur of a fast turn.
+  /// Repeats the attempt from the last velocity where it was refused, or may have followed a person.
   void attempt_by_velocity(const TrackerFrame& view, Attempt& attempt) const {
     if (since_posed_s(view) > kLongGap_s || !velocity_.twist_s()) return;
-    Attempt next =
-        attempt_pose(map_, view, T_odom_last_ * motion_by_velocity(view), camera_, attempts_.widened());
-    if (next.refusal.empty()) attempt = std::move(next);
+    attempt_again(map_, view, T_odom_last_ * motion_by_velocity(view), camera_, attempts_, attempt);
   }
 
-  /// Repeats the attempt from the motion of the depth surfaces, when the photometric prediction was wrong.
+  /// Repeats the attempt from the motion of the depth surfaces, if it was refused: the prediction was wrong.
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
     const std::vector<SE3> guesses{motion_by_velocity(view), T_odom_last_.inverse() * T_predicted};
     const auto motions = motions_by_surface(reference_, view, guesses, noise());

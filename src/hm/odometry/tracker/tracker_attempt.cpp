@@ -14,6 +14,10 @@ constexpr double kFewFoundRatio = 0.3;    // of the landmarks searched for
 constexpr int kMinForSecondLook = 6;      // fewer do not determine the pose
 constexpr double kWideShift_px = 16;
 constexpr std::size_t kFewLandmarks = 60;  // looked for: most of the view is new, or blank
+// Chosen with people drawn into TUM fr1/xyz; 0.7 and 1 lead to the same poses as 0.5, and take longer.
+constexpr double kContestedRatio = 0.5;  // of the landmarks searched for
+constexpr int kEnoughSightings = 5;      // of a landmark
+constexpr double kClearlyMore = 1.15;
 // Few landmarks are sufficient if the surfaces constrain the camera by themselves and agree.
 constexpr int kMinWithSurface = 6;
 constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
@@ -34,6 +38,22 @@ Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_o
 
 bool few_were_found(const Attempt& attempt) {
   return attempt.registration.inliers < kFewFoundRatio * static_cast<double>(attempt.looked_for.size());
+}
+
+bool is_contested(const Attempt& attempt) {
+  return attempt.registration.inliers < kContestedRatio * static_cast<double>(attempt.looked_for.size());
+}
+
+/// Sightings of the landmarks that agree with the pose.
+int sightings_of(const LocalMap& map, const Attempt& attempt) {
+  int sum = 0;
+  for (const LandmarkMatch& match : attempt.matches)
+    if (match.inlier) sum += std::min(map.landmark(match.landmark).sightings, kEnoughSightings);
+  return sum;
+}
+
+bool is_better_known(const LocalMap& map, const Attempt& next, const Attempt& attempt) {
+  return sightings_of(map, next) > kClearlyMore * sightings_of(map, attempt);
 }
 
 std::string refusal_of(const Attempt& attempt, const AttemptParams& params) {
@@ -104,6 +124,14 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
   if (attempt.refusal.empty()) return attempt;
   Attempt coarse = attempt_at_scale(map, frame, T_odom_guess, camera, params.for_blur());
   return coarse.refusal.empty() ? coarse : attempt;
+}
+
+void attempt_again(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                   const PinholeCamera& camera, const AttemptParams& params, Attempt& attempt) {
+  const bool is_refused = !attempt.refusal.empty();
+  if (!is_refused && !is_contested(attempt)) return;
+  Attempt next = attempt_pose(map, frame, T_odom_guess, camera, is_refused ? params.widened() : params);
+  if (next.refusal.empty() && (is_refused || is_better_known(map, next, attempt))) attempt = std::move(next);
 }
 
 std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFrame& frame,

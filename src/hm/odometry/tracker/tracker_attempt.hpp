@@ -40,6 +40,14 @@ struct Attempt {
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
 
+/// Attempts the pose again from another guess, in place of an attempt that was refused: with patches for a
+/// guess that may be wrong by many pixels. Also where less than half of the landmarks searched for agree:
+/// something else than the room may have led there, as a person who fills part of the picture and whose
+/// motion its brightness follows. Then the pose is kept with which the landmarks agree that clearly more
+/// keyframes have seen: those on something that moves are in few keyframes.
+void attempt_again(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                   const PinholeCamera& camera, const AttemptParams& params, Attempt& attempt);
+
 /// Attempts from motions between depth images since the last pose, each a guess that may be wrong: a few
 /// landmarks are sufficient where the surfaces hold the camera in all directions and agree with them.
 std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFrame& frame,

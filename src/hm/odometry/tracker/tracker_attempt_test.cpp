@@ -28,6 +28,11 @@ struct OneStep {
   OneStep() {
     first = render_room({}, camera, path_pose(0), Time::from_seconds(1));
     second = render_room({}, camera, T_second, Time::from_seconds(1.1));
+    add_first_keyframe();
+    view = view_of(second, camera, params.registration.noise);
+  }
+
+  void add_first_keyframe() {
     FeatureDetector detector({}, camera, {5.5, 0.05});
     const TrackerFrame anchor = view_of(first, camera, params.registration.noise);
     insert_keyframe(map,
@@ -39,9 +44,62 @@ struct OneStep {
                      Mat6::Zero(),
                      0},
                     camera, params.registration, params.matching.limit);
-    view = view_of(second, camera, params.registration.noise);
   }
 };
+
+/// Somebody in patterned clothes a metre in front of the camera, in place of the room behind.
+void draw_person(double middle_m, RgbdFrame& frame) {
+  constexpr double kPersonDepth_m = 1, kHalfWidth_m = 0.22;
+  const PinholeCamera camera = room_camera();
+  const SE3& T_world_camera = *frame.T_world_camera;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3 ray = T_world_camera.rotation() * camera.unproject(Vec2(x, y), 1.0);
+      const double z = (kPersonDepth_m - T_world_camera.translation().z()) / ray.z();
+      const Vec3 p = T_world_camera.translation() + z * ray - Vec3(middle_m, 0, 0);
+      if (std::abs(p.x()) > kHalfWidth_m) continue;
+      const double value = 0.55 * pattern(77, p, 0.05) + 0.45 * pattern(78, p, 0.02);
+      const auto gray =
+          static_cast<std::uint8_t>(std::clamp(std::lround(255 * (0.5 + 1.6 * (value - 0.5))), 0L, 255L));
+      frame.color(x, y) = {gray, gray, gray};
+      frame.depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z * 5000));
+    }
+}
+
+/// Somebody steps aside by 15 cm between the model's keyframe and the next frame. The room has been seen five
+/// times, the person once.
+struct StepAside : OneStep {
+  static constexpr double kStep_m = 0.15;
+  SE3 T_with_person =
+      SE3(so3_exp(Vec3::Zero()), Vec3(-kStep_m, 0, 0)) * T_second;  ///< if nobody but the camera moved
+
+  StepAside() {
+    map.clear();
+    draw_person(0, first);
+    draw_person(kStep_m, second);
+    add_first_keyframe();
+    for (std::size_t i = 0; i < map.landmark_count(); ++i)
+      map.landmark(i).sightings = map.landmark(i).p_odom.z() > 1.2 ? 5 : 1;
+    view = view_of(second, camera, params.registration.noise);
+  }
+  [[nodiscard]] double error_m(const Attempt& attempt) const {
+    return (attempt.registration.T_odom_camera.translation() - T_second.translation()).norm();
+  }
+};
+
+/// A guess that follows the person is confirmed by what is seen of him; the room, which is better known,
+/// decides.
+TEST(TrackerAttempt, TheRoomIsKeptWhenSomebodyStepsAside) {
+  const StepAside step;
+  Attempt attempt = attempt_pose(step.map, step.view, step.T_with_person, step.camera, step.params);
+  ASSERT_TRUE(attempt.refusal.empty()) << attempt.refusal;
+  ASSERT_GT(step.error_m(attempt), 0.1) << "this guess misleads nobody";
+  attempt_again(step.map, step.view, step.T_second, step.camera, step.params, attempt);
+  EXPECT_LT(step.error_m(attempt), 0.003);
+  // The other way round, the person takes nothing away.
+  attempt_again(step.map, step.view, step.T_with_person, step.camera, step.params, attempt);
+  EXPECT_LT(step.error_m(attempt), 0.003);
+}
 
 /// With a guess wrong by nine pixels most patches are not found; the found ones determine a better pose.
 TEST(TrackerAttempt, LooksAgainFromWhereTheFirstOnesPutTheCamera) {
