@@ -53,6 +53,7 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"vo_tum_xyz", hm::bench::bench_vo_tum_xyz},
                                               {"vo_tum_rpy", hm::bench::bench_vo_tum_rpy},
                                               {"vo_depth_only", hm::bench::bench_vo_depth_only},
+                                              {"vo_people", hm::bench::bench_vo_people},
                                               {"vo_rolling", hm::bench::bench_vo_rolling},
                                               {"slam_recordings", hm::bench::bench_slam_recordings},
                                               {"vo_icl", hm::bench::bench_vo_icl},

@@ -64,6 +64,7 @@ Result<BenchResult> bench_vo_every_5th(const BenchOptions& options);
 Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options);
 Result<BenchResult> bench_vo_tum_rpy(const BenchOptions& options);
 Result<BenchResult> bench_vo_depth_only(const BenchOptions& options);
+Result<BenchResult> bench_vo_people(const BenchOptions& options);
 Result<BenchResult> bench_vo_rolling(const BenchOptions& options);
 Result<BenchResult> bench_slam_recordings(const BenchOptions& options);
 Result<BenchResult> bench_vo_icl(const BenchOptions& options);

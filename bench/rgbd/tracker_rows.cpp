@@ -2,6 +2,7 @@
 // the simulated house and its memory over an hour.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 
 #include "dense/scene_frames.hpp"
@@ -14,6 +15,7 @@
 #include "hm/odometry/testing/swinging_camera.hpp"
 #include "hm/pipeline/common/sensor_prior.hpp"
 #include "measurement.hpp"
+#include "rgbd/drawn_people.hpp"
 
 namespace hm::bench {
 namespace {
@@ -28,12 +30,17 @@ struct Run {
   int lost = 0, by_depth = 0;
 };
 
-/// Frames whose colour is taken away: from `first` to before `end`.
-struct Darkness {
-  std::size_t first = 0, end = 0;
-};
+/// What is done to a frame, by its number, before it is tracked.
+using FrameChange = std::function<void(std::size_t number, RgbdFrame& frame)>;
 
-Result<Run> track_all(FrameSource& source, const OdometryParams& params, const Darkness& dark = {}) {
+/// Takes the colour away from the frames from `first` to before `end`.
+FrameChange darkness(std::size_t first, std::size_t end) {
+  return [=](std::size_t number, RgbdFrame& frame) {
+    if (number >= first && number < end) frame.color = {};
+  };
+}
+
+Result<Run> track_all(FrameSource& source, const OdometryParams& params, const FrameChange& change) {
   Run run;
   const auto odometry = make_visual_odometry(params, source.camera());
   while (true) {
@@ -42,8 +49,7 @@ Result<Run> track_all(FrameSource& source, const OdometryParams& params, const D
     if (chunk->empty()) return run;
     for (const RgbdFrame& given : *chunk) {
       RgbdFrame frame = given;
-      const std::size_t number = run.cpu_ms.size();
-      if (number >= dark.first && number < dark.end) frame.color = {};
+      if (change) change(run.cpu_ms.size(), frame);
       const double begin_s = thread_cpu_s();
       const TrackedFrame tracked = odometry->track(frame);
       run.by_depth += tracked.numbers.by_depth ? 1 : 0;
@@ -76,10 +82,10 @@ JsonValue details_of(const Run& run, const TrajectoryError& error) {
 OdometryParams of_kinect() { return with_kinect_prior({}); }
 
 Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options,
-                            const OdometryParams& params = {}, const Darkness& dark = {}) {
+                            const OdometryParams& params = {}, const FrameChange& change = {}) {
   const auto source = open_frames(name, {static_cast<std::size_t>(options.frame_limit), stride, 40});
   if (!source) return forward_error(source);
-  return track_all(**source, params, dark);
+  return track_all(**source, params, change);
 }
 
 double resident_mb() { return static_cast<double>(resident_bytes()) * 1e-6; }
@@ -142,11 +148,12 @@ Result<BenchResult> bench_vo_tum_rpy(const BenchOptions& options) {
 }
 
 Result<BenchResult> bench_vo_depth_only(const BenchOptions& options) {
-  constexpr Darkness kAlways{0, 1u << 20}, kFiveSeconds{225, 375};  // of 600 frames at 30 Hz
+  const FrameChange always = darkness(0, 1u << 20);
+  const FrameChange five_seconds = darkness(225, 375);  // of 600 frames at 30 Hz
   BenchResult result;
   std::vector<double> ate_cm;
-  const auto judge_run = [&](const char* name, const char* key, const Darkness& dark) -> Result<void> {
-    const auto run = track_recording(name, 1, options, of_kinect(), dark);
+  const auto judge_run = [&](const char* name, const char* key, const FrameChange& change) -> Result<void> {
+    const auto run = track_recording(name, 1, options, of_kinect(), change);
     if (!run) return forward_error(run);
     const auto error = judge(*run, RpeUnit::kSeconds);
     if (!error) return forward_error(error);
@@ -154,10 +161,41 @@ Result<BenchResult> bench_vo_depth_only(const BenchOptions& options) {
     result.details[key] = details_of(*run, *error);
     return {};
   };
-  if (const auto done = judge_run("tum_fr1_xyz", "without_color", kAlways); !done) return forward_error(done);
+  if (const auto done = judge_run("tum_fr1_xyz", "without_color", always); !done) return forward_error(done);
   if (const auto done = judge_run(kRoom, "undisturbed", {}); !done) return forward_error(done);
-  if (const auto done = judge_run(kRoom, "dark", kFiveSeconds); !done) return forward_error(done);
+  if (const auto done = judge_run(kRoom, "dark", five_seconds); !done) return forward_error(done);
   result.rows = {{"vo_depth_only", ate_cm[0], {}}, {"vo_depth_only_dark", ate_cm[2] / ate_cm[1], {}}};
+  return result;
+}
+
+Result<BenchResult> bench_vo_people(const BenchOptions& options) {
+  struct Case {
+    const char *key, *recording;
+    DrawnPeople people;
+  };
+  const std::vector<Case> cases{{"xyz_one", "tum_fr1_xyz", {1, 1.0, 0.75, 6}},
+                                {"xyz_two", "tum_fr1_xyz", {2, 1.0, 0.75, 5}},
+                                {"xyz_faint", "tum_fr1_xyz", {2, 1.0, 0.75, 5, 0.6}},
+                                {"xyz_in_and_out", "tum_fr1_xyz", {1, 0.8, 1.2, 4}},
+                                {"rpy_two", "tum_fr1_rpy", {2, 1.2, 0.75, 5}},
+                                {"from_the_start", "tum_fr1_xyz", {1, 0.9, 0.3, 4}}};
+  BenchResult result;
+  std::vector<double> ate_cm;
+  for (const Case& one : cases) {
+    const auto source = open_frames(one.recording, {static_cast<std::size_t>(options.frame_limit), 1, 40});
+    if (!source) return forward_error(source);
+    DrawnPeople people = one.people;
+    const PinholeCamera camera = (*source)->camera();
+    const auto run =
+        track_all(**source, of_kinect(), [&](std::size_t, RgbdFrame& frame) { people.draw(camera, frame); });
+    if (!run) return forward_error(run);
+    const auto error = judge(*run, RpeUnit::kSeconds);
+    if (!error) return forward_error(error);
+    ate_cm.push_back(error->position_m.rmse * 100);
+    result.details[one.key] = details_of(*run, *error);
+  }
+  result.rows = {{"vo_people", *std::max_element(ate_cm.begin(), ate_cm.end() - 1), {}},
+                 {"vo_people_first", ate_cm.back(), {}}};
   return result;
 }
 

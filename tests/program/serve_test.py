@@ -47,7 +47,7 @@ class ServeTest(ProgramTest):
 
     def test_a_run_is_watched_and_its_result_served(self):
         self.simulate(frames=80)
-        process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.05")
+        process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.02")
         viewer = self.view(port)
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished"))
         self.assertEqual(viewer.last["hello"]["source"]["verb"], "reconstruct")
