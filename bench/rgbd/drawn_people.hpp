@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -55,9 +54,7 @@ struct DrawnPeople {
     const auto seed = static_cast<std::uint32_t>(90 + 2 * person);
     const Vec3 p(around_m, height, 0);
     const double value = 0.5 * pattern(seed, p, 0.08) + 0.5 * pattern(seed + 1, p, 0.03);
-    const double level = 255 * (0.5 + contrast * (value - 0.5));
-    const auto gray = static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
-    return {gray, gray, gray};
+    return gray_pixel(255 * (0.5 + contrast * (value - 0.5)));
   }
 };
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 try:
     from selenium import webdriver
-    from selenium.common.exceptions import SessionNotCreatedException
     from selenium.webdriver.chrome.service import Service
 except ImportError:
     webdriver = None
@@ -79,10 +78,7 @@ def open_browser(size=DESK, phone=False, dark=False, webgl=True):
     if phone:
         options.add_experimental_option("mobileEmulation", {
             "deviceMetrics": {"width": size[0], "height": size[1], "pixelRatio": float(os.environ.get("HM_PIXEL_RATIO", "1")), "touch": True}})
-    try:
-        driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
-    except SessionNotCreatedException:  # as where a busy machine's browser does not answer in time
-        driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
     if not phone:
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})

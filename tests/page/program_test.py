@@ -20,12 +20,12 @@ from page_support import VIEW  # noqa: E402
 ROOM, STEP = (3.2, 2.4, 2.0), 0.08
 
 
-def write_room(path, step=STEP):
-    """An empty room seen from inside, as a PLY of squares."""
+def write_room(path):
+    """An empty room seen from inside, as a PLY of squares; returns the number of triangles."""
     points, faces = [], []
     for axis in range(3):
         a, b = (axis + 1) % 3, (axis + 2) % 3
-        na, nb = round(ROOM[a] / step), round(ROOM[b] / step)
+        na, nb = round(ROOM[a] / STEP), round(ROOM[b] / STEP)
         for side in (0, 1):
             first = len(points)
             for j in range(nb + 1):
@@ -42,6 +42,7 @@ def write_room(path, step=STEP):
     lines += [" ".join(f"{value:.6f}" for value in point) for point in points]
     lines += [f"3 {a} {b} {c}\n3 {a} {c} {d}" for a, b, c, d in faces]
     path.write_text("\n".join(lines) + "\n")
+    return 2 * len(faces)
 
 
 class Slowed:
@@ -101,13 +102,18 @@ class Program(page.PageTest):
         os.close(terminal)
 
     def open(self, *words, **browser):
-        """Starts the program and opens the link that it prints; skips where it was built without the page."""
+        """Starts the program and opens the link that it prints."""
+        self.start_browser_and_program(*words, **browser)
+        self.open_link()
+
+    def start_browser_and_program(self, *words, **browser):
+        """Starts a browser, then the program."""
         self.driver = page.open_browser(**browser)
         self.addCleanup(self.driver.quit)
         self.start_program(*words)
-        self.open_link()
 
     def open_link(self):
+        """Opens the link that the program prints; skips where it was built without the page."""
         end = time.monotonic() + 60
         while not (link := re.search(r"http://127\.0\.0\.1:\d+/\S*(?=\s)", self.said)):
             self.assertLess(time.monotonic(), end, self.said)
@@ -119,10 +125,9 @@ class Program(page.PageTest):
         self.wait("window.housemartin && document.getElementById('link').textContent === 'live'")
 
     def test_a_model_is_measured(self):
-        write_room(self.folder / "room.ply")
+        triangles = write_room(self.folder / "room.ply")
         self.open("serve", "room.ply", "--listen", "0")
-        squares = sum(2 * round(ROOM[axis] / STEP) * round(ROOM[(axis + 1) % 3] / STEP) for axis in range(3))
-        self.wait(f"{VIEW}.mesh.triangleCount === {2 * squares}")
+        self.wait(f"{VIEW}.mesh.triangleCount === {triangles}")
         self.assertEqual(self.js("return housemartin.counts.refused"), 0)
         measured = self.wait("""(() => {
             const measure = housemartin.stage.measure, view = housemartin.stage.view;
@@ -142,9 +147,7 @@ class Program(page.PageTest):
     def test_a_run_grows(self):
         """What is shown in the end is the whole map of the run."""
         self.simulate("room", "--sensor", "kinect", "--frames", "240", "-o", "recording")
-        self.driver = page.open_browser()
-        self.addCleanup(self.driver.quit)
-        self.start_program("reconstruct", "recording", "-o", "result", "--voxel", "0.015", "--threads", "1", "--serve=0")
+        self.start_browser_and_program("reconstruct", "recording", "-o", "result", "--voxel", "0.015", "--threads", "1", "--serve=0")
         count = f"{VIEW}.mesh.triangleCount"
         with Slowed(self.process):
             self.open_link()

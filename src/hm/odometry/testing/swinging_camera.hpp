@@ -43,8 +43,7 @@ struct SwingingCamera {
       for (int x = 0; x < camera.width; ++x) {
         double& value = gray[static_cast<std::size_t>(x)];
         if (noise) value += rng.normal(0, kGraySigma);
-        const auto level = static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
-        frame.color(x, y) = {level, level, level};
+        frame.color(x, y) = gray_pixel(value);
       }
     }
     return frame;

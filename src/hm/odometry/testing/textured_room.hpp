@@ -45,6 +45,17 @@ inline double pattern(std::uint32_t seed, const Vec3& p, double cell_m) {
   return sum;
 }
 
+/// Grey level (0 to 255) of a room's surface at a point.
+inline double texture_level(const TexturedRoom& room, const Vec3& p) {
+  const double value = 0.55 * pattern(room.seed, p, 0.11) + 0.45 * pattern(room.seed + 1, p, 0.035);
+  return room.brightness * 255 * std::clamp(0.5 + room.contrast * 1.6 * (value - 0.5), 0.0, 1.0);
+}
+
+inline Rgb8 gray_pixel(double level) {
+  const auto gray = static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
+  return {gray, gray, gray};
+}
+
 inline PinholeCamera room_camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5, {}}; }
 
 struct RoomNoise {
@@ -71,11 +82,9 @@ inline RgbdFrame render_room(const TexturedRoom& room, const PinholeCamera& came
         if (ray[axis] != 0)
           z = std::min(z, (std::copysign(room.half_size_m[axis], ray[axis]) - eye[axis]) / ray[axis]);
       const Vec3 p = eye + z * ray;
-      double value = 0.55 * pattern(room.seed, p, 0.11) + 0.45 * pattern(room.seed + 1, p, 0.035);
-      value = room.brightness * 255 * std::clamp(0.5 + room.contrast * 1.6 * (value - 0.5), 0.0, 1.0);
-      if (rng && noise.gray_sigma > 0) value += rng->normal(0, noise.gray_sigma);
-      const auto gray = static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
-      frame.color(x, y) = {gray, gray, gray};
+      double level = texture_level(room, p);
+      if (rng && noise.gray_sigma > 0) level += rng->normal(0, noise.gray_sigma);
+      frame.color(x, y) = gray_pixel(level);
       if (rng && noise.depth) z += rng->normal(0, noise.model.sigma_m(z));
       frame.depth.units(x, y) = static_cast<std::uint16_t>(std::clamp(std::lround(z * 5000), 1L, 65535L));
     }

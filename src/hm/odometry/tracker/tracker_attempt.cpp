@@ -36,12 +36,9 @@ Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_o
   return attempt;
 }
 
-bool few_were_found(const Attempt& attempt) {
-  return attempt.registration.inliers < kFewFoundRatio * static_cast<double>(attempt.looked_for.size());
-}
-
-bool is_contested(const Attempt& attempt) {
-  return attempt.registration.inliers < kContestedRatio * static_cast<double>(attempt.looked_for.size());
+/// Whether less than this share of the landmarks searched for agree with the pose.
+bool fewer_agree(const Attempt& attempt, double ratio) {
+  return attempt.registration.inliers < ratio * static_cast<double>(attempt.looked_for.size());
 }
 
 /// Sightings of the landmarks that agree with the pose.
@@ -102,7 +99,7 @@ namespace {
 Attempt attempt_at_scale(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                          const PinholeCamera& camera, const AttemptParams& params) {
   Attempt attempt = look_from(map, frame, T_odom_guess, camera, params);
-  if (attempt.registration.inliers >= kMinForSecondLook && few_were_found(attempt)) {
+  if (attempt.registration.inliers >= kMinForSecondLook && fewer_agree(attempt, kFewFoundRatio)) {
     Attempt again = look_from(map, frame, attempt.registration.T_odom_camera, camera, params);
     if (again.registration.inliers > attempt.registration.inliers) attempt = std::move(again);
   }
@@ -129,7 +126,7 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
 void attempt_again(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                    const PinholeCamera& camera, const AttemptParams& params, Attempt& attempt) {
   const bool is_refused = !attempt.refusal.empty();
-  if (!is_refused && !is_contested(attempt)) return;
+  if (!is_refused && !fewer_agree(attempt, kContestedRatio)) return;
   Attempt next = attempt_pose(map, frame, T_odom_guess, camera, is_refused ? params.widened() : params);
   if (next.refusal.empty() && (is_refused || is_better_known(map, next, attempt))) attempt = std::move(next);
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "hm/odometry/testing/textured_room.hpp"
 #include "hm/odometry/tracker/tracker_keyframes.hpp"
 
@@ -18,6 +20,7 @@ TrackerFrame view_of(const RgbdFrame& frame, const PinholeCamera& camera, const 
 
 /// Model of one keyframe, and the next frame.
 struct OneStep {
+  using Change = std::function<void(RgbdFrame& before, RgbdFrame& after)>;
   PinholeCamera camera = room_camera();
   AttemptParams params;
   RgbdFrame first, second;
@@ -25,14 +28,10 @@ struct OneStep {
   LocalMap map{1000, 10};
   TrackerFrame view;
 
-  OneStep() {
+  explicit OneStep(const Change& change = {}) {
     first = render_room({}, camera, path_pose(0), Time::from_seconds(1));
     second = render_room({}, camera, T_second, Time::from_seconds(1.1));
-    add_first_keyframe();
-    view = view_of(second, camera, params.registration.noise);
-  }
-
-  void add_first_keyframe() {
+    if (change) change(first, second);
     FeatureDetector detector({}, camera, {5.5, 0.05});
     const TrackerFrame anchor = view_of(first, camera, params.registration.noise);
     insert_keyframe(map,
@@ -44,6 +43,7 @@ struct OneStep {
                      Mat6::Zero(),
                      0},
                     camera, params.registration, params.matching.limit);
+    view = view_of(second, camera, params.registration.noise);
   }
 };
 
@@ -58,10 +58,7 @@ void draw_person(double middle_m, RgbdFrame& frame) {
       const double z = (kPersonDepth_m - T_world_camera.translation().z()) / ray.z();
       const Vec3 p = T_world_camera.translation() + z * ray - Vec3(middle_m, 0, 0);
       if (std::abs(p.x()) > kHalfWidth_m) continue;
-      const double value = 0.55 * pattern(77, p, 0.05) + 0.45 * pattern(78, p, 0.02);
-      const auto gray =
-          static_cast<std::uint8_t>(std::clamp(std::lround(255 * (0.5 + 1.6 * (value - 0.5))), 0L, 255L));
-      frame.color(x, y) = {gray, gray, gray};
+      frame.color(x, y) = gray_pixel(texture_level({.seed = 77}, p));
       frame.depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z * 5000));
     }
 }
@@ -70,17 +67,16 @@ void draw_person(double middle_m, RgbdFrame& frame) {
 /// times, the person once.
 struct StepAside : OneStep {
   static constexpr double kStep_m = 0.15;
-  SE3 T_with_person =
-      SE3(so3_exp(Vec3::Zero()), Vec3(-kStep_m, 0, 0)) * T_second;  ///< if nobody but the camera moved
+  /// If the person had not moved.
+  SE3 T_with_person = SE3(Mat3::Identity(), Vec3(-kStep_m, 0, 0)) * T_second;
 
-  StepAside() {
-    map.clear();
-    draw_person(0, first);
-    draw_person(kStep_m, second);
-    add_first_keyframe();
+  StepAside()
+      : OneStep([](RgbdFrame& before, RgbdFrame& after) {
+          draw_person(0, before);
+          draw_person(kStep_m, after);
+        }) {
     for (std::size_t i = 0; i < map.landmark_count(); ++i)
       map.landmark(i).sightings = map.landmark(i).p_odom.z() > 1.2 ? 5 : 1;
-    view = view_of(second, camera, params.registration.noise);
   }
   [[nodiscard]] double error_m(const Attempt& attempt) const {
     return (attempt.registration.T_odom_camera.translation() - T_second.translation()).norm();
