@@ -110,6 +110,49 @@ TEST(LaserRing, NoWheelsAtTwoHertz) {
   EXPECT_GT(expect_closed(ring_corridor_world(), drive, 0.5).loops, 30U);
 }
 
+/// A round corridor, 2.5 m wide, whose walls stand back by 0.3 m at equal niches every 3 m.
+struct RoundCorridor {
+  static constexpr double kRadius_m = 20, kHalfWidth_m = 1.25, kNiche_m = 0.9, kDepth_m = 0.3;
+  static constexpr int kNiches = 42, kPiecesOfWall = 8;
+  PlanarWorld world;
+
+  RoundCorridor() {
+    add_wall(kRadius_m - kHalfWidth_m, -kDepth_m);
+    add_wall(kRadius_m + kHalfWidth_m, kDepth_m);
+  }
+  void add_wall(double radius_m, double depth_m) {
+    std::vector<Vec2> corners;
+    const double turn_rad = 2 * std::numbers::pi / kNiches, niche_rad = kNiche_m / radius_m;
+    for (int niche = 0; niche < kNiches; ++niche) {
+      const SE2 T(0, 0, niche * turn_rad);
+      const auto corner = [&](double r, double angle) {
+        corners.push_back(T * SE2(0, 0, angle) * Vec2(r, 0));
+      };
+      for (const double r : {radius_m, radius_m + depth_m}) corner(r, 0);
+      for (const double r : {radius_m + depth_m, radius_m}) corner(r, niche_rad);
+      for (int i = 1; i < kPiecesOfWall; ++i)
+        corner(radius_m, niche_rad + (turn_rad - niche_rad) * i / kPiecesOfWall);
+    }
+    world.add_polygon(corners);
+  }
+  /// On a line that sways, facing along the corridor.
+  static SE2 pose(double distance_m) {
+    const double angle = distance_m / kRadius_m, radius_m = kRadius_m + 0.4 * std::sin(7.3 * angle);
+    return SE2(0, 0, angle) * SE2(radius_m, 0, std::numbers::pi / 2);
+  }
+};
+
+/// A laser that sees what lies ahead comes to the begin of its map one niche early: the true place shows less
+/// of the map than the next one does, and both look the same. Each needs its turn.
+TEST(LaserRing, EqualNichesOfARoundCorridor) {
+  RingDrive drive;
+  for (double at_m = 0; at_m < 2.2 * 2 * std::numbers::pi * RoundCorridor::kRadius_m; at_m += 0.5)
+    drive.truth.push_back(RoundCorridor::pose(at_m));
+  drive.wheels = wheels_with_heading_noise(drive.truth, 0.004, 0.0005);
+  const RingResult result = expect_closed(RoundCorridor().world, drive, 1.0);
+  EXPECT_LT(result.worst_odom_m, 1.5);  // half a niche: which one it is can be told
+}
+
 /// In a square room every quarter turn looks the same: the wheels tell which one it was.
 TEST(LaserRing, SymmetricRoomWithCleanWheels) {
   PlanarWorld room;

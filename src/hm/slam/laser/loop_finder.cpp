@@ -120,7 +120,6 @@ FoundLoop LoopFinder::find(const MappedKeyframes& path, const ScanSubmap& submap
   Search search{path, submap, raster.map, std::move(points_m), window, {}};
   search.params.min_score = params_.min_score;
   search.params.ambiguity_ratio = params_.ambiguity_ratio;
-  search.params.seen = &raster.seen;
   // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
   // repetition lies within three windows.
   search.params.other_window_ratio = 3;
@@ -153,7 +152,8 @@ std::optional<LoopMatch> LoopFinder::verified_along_walls(const Search& search,
       keyframes[search.submap.anchor()].T_odom_base.inverse() * keyframes[best->from].T_odom_base;
   CorrelativeSearchParams params = search.params;
   params.free_axis = T_anchor_from.rotation() * weakest_direction(best->covariance.topLeftCorner<2, 2>());
-  if (!walls_on_both_sides(keyframes.back().scan, *params.seen, ambiguous.T_map_scan, *params.free_axis))
+  if (!walls_on_both_sides(keyframes.back().scan, *search.map.seen(), ambiguous.T_map_scan,
+                           *params.free_axis))
     return std::nullopt;
   if (search_correlative(search.map, search.points_m, search.window, params).status !=
       CorrelativeStatus::kFound)
@@ -185,7 +185,7 @@ bool LoopFinder::confirms(const ScanMatch& match, const SE2& guess, double point
 std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T_anchor_base) {
   const std::span<const GraphKeyframe2D> keyframes = search.path.keyframes;
   const ScanSubmap& submap = search.submap;
-  const ObservedArea& seen = *search.params.seen;
+  const ObservedArea& seen = *search.map.seen();
   const PlanarScan& scan = keyframes.back().scan;
   const SE2 T_odom_anchor = keyframes[submap.anchor()].T_odom_base;
   const SE2 T_odom_guess = T_odom_anchor * T_anchor_base;

@@ -83,8 +83,8 @@ const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,
   if (kept_.size() >= kKeptRasters) kept_.pop_back();
   kept_.push_front(
       {submap.first,
-       CorrelativeMap(points_m, {params_.kRasterResolution_m, params_.kRasterSigma_m, kRasterLevels}),
-       ObservedArea(beams)});
+       CorrelativeMap(points_m, {params_.kRasterResolution_m, params_.kRasterSigma_m, kRasterLevels},
+                      ObservedArea(beams))});
   return kept_.front();
 }
 

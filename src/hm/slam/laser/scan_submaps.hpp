@@ -9,7 +9,6 @@
 #include "hm/laser/matching/planar_scan.hpp"
 #include "hm/slam/laser/scan_graph_params.hpp"
 #include "hm/slam/laser/search/correlative_map.hpp"
-#include "hm/slam/laser/search/observed_area.hpp"
 
 namespace hm {
 
@@ -48,7 +47,6 @@ class SubmapRasters {
   struct Raster {
     std::size_t first;  // first keyframe of the submap
     CorrelativeMap map;
-    ObservedArea seen;
   };
   const Raster& raster(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes);
 

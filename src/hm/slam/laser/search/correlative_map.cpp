@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "hm/core/check.hpp"
 
@@ -21,8 +22,9 @@ std::vector<Vec2> usable_points(std::span<const Vec2> points_m) {
 
 }  // namespace
 
-CorrelativeMap::CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params)
-    : resolution_m_(params.resolution_m) {
+CorrelativeMap::CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params,
+                               std::optional<ObservedArea> seen)
+    : resolution_m_(params.resolution_m), seen_(std::move(seen)) {
   HM_CHECK(params.resolution_m > 0 && params.sigma_m > 0 && params.half_width_m >= 0 && params.levels >= 1 &&
                params.levels < 16,
            "resolution {} m, sigma {} m, {} levels", params.resolution_m, params.sigma_m, params.levels);
@@ -31,6 +33,24 @@ CorrelativeMap::CorrelativeMap(std::span<const Vec2> points_m, const Correlative
   if (!usable.empty()) splat(usable, params.sigma_m, params.half_width_m);
   for (int level = 1; level < params.levels; ++level)
     levels_.push_back(coarser(levels_.back(), 1 << (level - 1)));
+  if (seen_) find_seen_blocks();
+}
+
+void CorrelativeMap::find_seen_blocks() {
+  seen_width_ = levels_.front().width / kSeenBlock;
+  seen_height_ = levels_.front().height / kSeenBlock;
+  const double block_m = kSeenBlock * resolution_m_;
+  for (std::size_t level = 0; level < levels_.size(); ++level) {
+    // A square may begin in any cell of its block.
+    const unsigned reach = kSeenBlock - 1 + (1U << level);
+    const double side_m = block_m * ((reach + kSeenBlock - 1) / kSeenBlock);
+    std::vector<std::uint8_t>& all_seen = levels_[level].all_seen;
+    for (unsigned y = 0; y < seen_height_; ++y)
+      for (unsigned x = 0; x < seen_width_; ++x) {
+        const Vec2 low_m = origin_m_ + block_m * Vec2(x, y);
+        all_seen.push_back(seen_->contains(low_m, low_m + Vec2(side_m, side_m)));
+      }
+  }
 }
 
 void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m, double half_width_m) {
@@ -108,7 +128,7 @@ double CorrelativeMap::score(std::span<const Vec2> points_m, const SE2& T_map_po
 
 std::size_t CorrelativeMap::bytes() const {
   std::size_t sum = 0;
-  for (const Level& level : levels_) sum += level.values.size();
+  for (const Level& level : levels_) sum += level.values.size() + level.all_seen.size();
   return sum;
 }
 

@@ -12,6 +12,9 @@
 namespace hm {
 namespace {
 
+/// Alternatives beyond the window turn by so much more at most: pieces of a curved wall that look alike turn
+/// by less, each from the next, and a window of 1 rad three times as wide would take three times as long.
+constexpr double kMostOtherTurn_rad = 0.3;
 constexpr int kMaxSteps = 4096;  // limit of the half width in cells or angle steps
 
 /// Square of 2^level x 2^level translations at one angle, with an upper bound of their sums.
@@ -50,16 +53,16 @@ class Search {
 
   /// Mean likelihood of the points in the observed area; 0 if they are too few.
   [[nodiscard]] double seen_score(const Candidate& c) const {
-    if (params_.seen == nullptr) return score_of(c.sum);
+    if (map_.seen() == nullptr) return score_of(c.sum);
     const SE2 T = pose(c);
     const auto inside =
-        std::ranges::count_if(scan_, [&](const Vec2& p) { return params_.seen->contains(T * p); });
+        std::ranges::count_if(scan_, [&](const Vec2& p) { return map_.seen()->contains(T * p); });
     if (static_cast<double>(inside) < params_.min_overlap_ratio * static_cast<double>(points_)) return 0;
     return c.sum / (255.0 * static_cast<double>(inside));
   }
   /// Least sum with which an alternative pose can make this one ambiguous.
   [[nodiscard]] std::uint32_t least_beside(const Candidate& c) const {
-    const double overlap = params_.seen == nullptr ? 1.0 : params_.min_overlap_ratio;
+    const double overlap = map_.seen() == nullptr ? 1.0 : params_.min_overlap_ratio;
     return sum_of(overlap * params_.ambiguity_ratio * std::max(seen_score(c), score_of(c.sum)));
   }
   /// Returns the best pose with at least `min_sum`; with `beside`, the first pose found that is a different
@@ -70,10 +73,11 @@ class Search {
     best_.reset();
     int level = 0;
     while (level + 1 < map_.levels() && (2 << level) <= 2 * std::max(columns_, rows_) + 1) ++level;
+    const int two_sides = 2 << level;
     std::vector<Candidate> roots;
-    for (int angle = -angles_; angle <= angles_; ++angle)
-      for (int y = -rows_; y <= rows_; y += 1 << level)
-        for (int x = -columns_; x <= columns_; x += 1 << level) add(level, {angle, x, y, 0}, roots);
+    for (int angle = -angles_; angle <= angles_ && !limit_reached(); ++angle)
+      for (int y = -rows_; y <= rows_; y += two_sides)
+        for (int x = -columns_; x <= columns_; x += two_sides) add_four(level, angle, x, y, roots);
     std::sort(roots.begin(), roots.end(), better);
     for (const Candidate& root : roots) descend(level, root);
     return best_;
@@ -103,15 +107,43 @@ class Search {
                                       params_.other_angle_rad);
   }
 
+  /// Adds the four squares of a level at an angle whose lower corners are (x, y), (x + side, y), (x, y +
+  /// side) and (x + side, y + side), in one pass over the points; not those outside the window, and those
+  /// that cannot reach the least sum.
   template <class List>
-  void add(int level, Candidate candidate, List& list) {
-    if (limit_reached() || is_same_place(level, candidate)) return;
-    ++evaluations_;
-    const Eigen::Vector2i* cell = &cells_[static_cast<std::size_t>(candidate.angle + angles_) * points_];
-    for (std::size_t i = 0; i < points_; ++i)
-      candidate.sum += map_.bound(level, cell[i].x() + candidate.x, cell[i].y() + candidate.y);
+  void add_four(int level, int angle, int x, int y, List& list) {
+    const int side = 1 << level;
+    std::array<std::uint32_t, 4> sums{};
+    for (const Eigen::Vector2i& cell : cells_at(angle))
+      map_.add_bounds(level, cell.x() + x, cell.y() + y, side, sums);
+    for (const int i : {0, 1, 2, 3}) {
+      const Candidate square{angle, x + (i % 2) * side, y + (i / 2) * side,
+                             sums[static_cast<std::size_t>(i)]};
+      if (square.x > columns_ || square.y > rows_ || limit_reached() || is_same_place(level, square))
+        continue;
+      ++evaluations_;
+      keep_if_possible(level, square, list);
+    }
+  }
+
+  template <class List>
+  void keep_if_possible(int level, Candidate candidate, List& list) const {
     candidate.sum -= std::min(candidate.sum, least_penalty(level, candidate));
-    if (candidate.sum >= least_) list.push_back(candidate);
+    if (candidate.sum >= least_ && may_be_alternative(level, candidate)) list.push_back(candidate);
+  }
+
+  [[nodiscard]] std::span<const Eigen::Vector2i> cells_at(int angle) const {
+    return std::span(cells_).subspan(static_cast<std::size_t>(angle + angles_) * points_, points_);
+  }
+
+  /// False if no pose of a square can reach the score of an alternative: so many points lie in the observed
+  /// area at all of them.
+  [[nodiscard]] bool may_be_alternative(int level, const Candidate& c) const {
+    if (!beside_ || map_.seen() == nullptr) return true;
+    std::size_t inside = 0;
+    for (const Eigen::Vector2i& cell : cells_at(c.angle))
+      inside += map_.all_seen(level, cell.x() + c.x, cell.y() + c.y);
+    return static_cast<double>(inside) * least_seen_score_ * 255.0 <= c.sum;
   }
 
   /// Penalty of the pose in a square that is nearest to the window's centre.
@@ -143,11 +175,7 @@ class Search {
         items[at] = c;
       }
     } children;
-    const int half = 1 << (level - 1);
-    for (const int dy : {0, half})
-      for (const int dx : {0, half})
-        if (node.x + dx <= columns_ && node.y + dy <= rows_)
-          add(level - 1, {node.angle, node.x + dx, node.y + dy, 0}, children);
+    add_four(level - 1, node.angle, node.x, node.y, children);
     for (std::size_t i = 0; i < children.count; ++i) descend(level - 1, children.items[i]);
   }
 
@@ -217,6 +245,7 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   SearchWindow wide = window;
   wide.half_x_m *= params.other_window_ratio;
   wide.half_y_m *= params.other_window_ratio;
+  wide.half_angle_rad += std::min((params.other_window_ratio - 1) * wide.half_angle_rad, kMostOtherTurn_rad);
   Search beside(map, usable, wide, params);
   const auto other = beside.run(beside.least_beside(*best), best);
   match.evaluations += beside.evaluations();

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "hm/slam/laser/search/correlative_map.hpp"
-#include "hm/slam/laser/search/observed_area.hpp"
 
 namespace hm {
 
@@ -22,18 +21,17 @@ struct CorrelativeSearchParams {
   /// kNoAlternatives: they are not looked for.
   static constexpr double kNoAlternatives = 2;
   double other_place_m = 0.4, other_angle_rad = 0.3, ambiguity_ratio = 0.92;
-  /// Width of the search for alternative poses relative to the window. In a repetitive structure whose true
-  /// match is missing from the map, a wrong match is detected only by the next repetition, which may lie
-  /// outside the window.
+  /// Size of the search for alternative poses relative to the window, in x, y and (up to 0.3 rad more) angle.
+  /// In a repetitive structure whose true match is missing from the map, a wrong match is detected only by
+  /// the next repetition, which may lie outside the window; along a curve also by its angle.
   double other_window_ratio = 1;
-  /// Observed area of the map; null: everything. Alternative poses are scored by their points inside this
-  /// area, if these are at least `min_overlap_ratio` of all points: near the map's border, the true pose may
-  /// overlap the map less than a wrong one.
-  const ObservedArea* seen = nullptr;
+  /// Alternative poses are scored by their points inside the observed area of the map, if it is known and
+  /// these are at least `min_overlap_ratio` of all points: near the map's border, the true pose may overlap
+  /// the map less than a wrong one.
+  double min_overlap_ratio = 0.5;
   /// Poses that differ along this axis of the map (unit vector) are no alternatives, however far away: in a
   /// corridor, the walls determine all but the place along it.
   std::optional<Vec2> free_axis;
-  double min_overlap_ratio = 0.5;
   /// Score penalty for the squared offset of a candidate from the centre of the window.
   double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;
   std::size_t max_evaluations = 2'000'000;  ///< maximum number of candidates; beyond: kLimitReached

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "hm/core/rng.hpp"
@@ -58,6 +60,51 @@ TEST(CorrelativeMap, PyramidIsTheMaximumOfItsSquares) {
     for (int dy = 0; dy < 1 << level; ++dy)
       for (int dx = 0; dx < 1 << level; ++dx) most = std::max<int>(most, map.value(x + dx, y + dy));
     EXPECT_EQ(map.bound(level, x, y), most) << level << " " << x << " " << y;
+  }
+}
+
+/// Beams from one place to the points; behind them and between them nothing is observed.
+ObservedArea seen_by_beams(const Vec2& from_m, const std::vector<Vec2>& points) {
+  std::vector<SeenBeam> beams;
+  for (const Vec2& point : points) beams.push_back({from_m, point});
+  return ObservedArea(beams);
+}
+
+TEST(CorrelativeMap, SquaresThatCountAsSeenAreSeen) {
+  Rng rng(7);
+  const auto points = random_points(150, 2, rng);
+  const CorrelativeMap map(points, kMap, seen_by_beams({0.3, -0.2}, points));
+  ASSERT_NE(map.seen(), nullptr);
+  int seen = 0, missed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const int level = static_cast<int>(rng.below(5));
+    const int x = static_cast<int>(rng.below(140)) - 20, y = static_cast<int>(rng.below(140)) - 20;
+    bool all = true;
+    for (int dy = 0; dy < 1 << level; ++dy)
+      for (int dx = 0; dx < 1 << level; ++dx)
+        for (const double part : {0.01, 0.99})
+          all &= map.seen()->contains(map.low_m() + 0.05 * (Vec2(x + dx, y + dy) + Vec2(part, part)));
+    EXPECT_TRUE(all || !map.all_seen(level, x, y)) << level << " " << x << " " << y;
+    seen += map.all_seen(level, x, y);
+    missed += all && !map.all_seen(level, x, y);
+  }
+  EXPECT_GT(seen, 300);
+  EXPECT_LT(missed, seen);  // at the border only
+  EXPECT_FALSE(CorrelativeMap(points, kMap).all_seen(0, 40, 40));
+}
+
+TEST(CorrelativeMap, FourSquaresAtOnceAreTheirBounds) {
+  Rng rng(8);
+  const CorrelativeMap map(random_points(30, 1, rng), kMap);
+  for (int i = 0; i < 2000; ++i) {
+    const int level = static_cast<int>(rng.below(6)), step = 1 << level;
+    const int x = static_cast<int>(rng.below(160)) - 80, y = static_cast<int>(rng.below(160)) - 80;
+    std::array<std::uint32_t, 4> sums{1, 2, 3, 4};
+    map.add_bounds(level, x, y, step, sums);
+    EXPECT_EQ(sums[0], 1U + map.bound(level, x, y));
+    EXPECT_EQ(sums[1], 2U + map.bound(level, x + step, y));
+    EXPECT_EQ(sums[2], 3U + map.bound(level, x, y + step));
+    EXPECT_EQ(sums[3], 4U + map.bound(level, x + step, y + step));
   }
 }
 
@@ -123,6 +170,63 @@ TEST(CorrelativeSearch, FindsWhatBruteForceFinds) {
   }
 }
 
+/// Whether some pose of a window elsewhere than `best` scores enough inside the observed area, by exhaustive
+/// search.
+bool has_alternative(const CorrelativeMap& map, const std::vector<Vec2>& points, const SearchWindow& window,
+                     const SE2& best, const CorrelativeSearchParams& params) {
+  const auto seen_score = [&](const SE2& T) {
+    double sum = 0, inside = 0;
+    for (const Vec2& point : points) {
+      const Eigen::Vector2i cell = map.cell_of(T * point);
+      sum += map.value(cell.x(), cell.y());
+      inside += map.seen()->contains(T * point);
+    }
+    return inside < params.min_overlap_ratio * static_cast<double>(points.size()) ? 0 : sum / inside;
+  };
+  const double least = params.ambiguity_ratio * seen_score(best);
+  const auto steps = [](double half, double step) { return static_cast<int>(std::ceil(half / step - 1e-9)); };
+  const int angles = steps(window.half_angle_rad, params.angle_step_rad),
+            columns = steps(window.half_x_m, 0.05), rows = steps(window.half_y_m, 0.05);
+  for (int a = -angles; a <= angles; ++a)
+    for (int y = -rows; y <= rows; ++y)
+      for (int x = -columns; x <= columns; ++x) {
+        const SE2 T(window.centre.x() + 0.05 * x, window.centre.y() + 0.05 * y,
+                    window.centre.angle() + params.angle_step_rad * a);
+        const bool same_place = (T.translation() - best.translation()).norm() < params.other_place_m &&
+                                std::abs(T.angle() - best.angle()) <= params.other_angle_rad;
+        if (!same_place && seen_score(T) >= least) return true;
+      }
+  return false;
+}
+
+/// Places that are like the first one to different degrees, of which the beams show different parts.
+TEST(CorrelativeSearch, FindsAnAlternativeWhereBruteForceDoes) {
+  Rng rng(9);
+  int alternatives = 0;
+  constexpr int kTrials = 16;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const auto shape = random_points(24, 0.8, rng);
+    std::vector<Vec2> world = shape;
+    const SE2 beside(0.9, 0.3, 0.5);
+    for (const Vec2& point : shape)
+      if (rng.uniform(0, 1) > 0.02 * trial) world.push_back(beside * point);
+    std::vector<Vec2> shown = world;
+    shown.resize(world.size() - rng.below(20));
+    const CorrelativeMap map(world, kMap, seen_by_beams({0.4, 0.1}, shown));
+    CorrelativeSearchParams params;
+    params.angle_step_rad = 0.05;
+    params.other_window_ratio = 3;
+    const SearchWindow window{SE2(0, 0, 0), 0.4, 0.2, 0.2}, wide{SE2(0, 0, 0), 1.2, 0.6, 0.6};
+    const CorrelativeMatch match = search_correlative(map, shape, window, params);
+    ASSERT_NEAR(match.score, 1, 0.15);  // where the shape is, to a cell
+    const bool expected = has_alternative(map, shape, wide, SE2(), params);
+    EXPECT_EQ(match.status == CorrelativeStatus::kAmbiguous, expected) << trial;
+    alternatives += expected;
+  }
+  EXPECT_GT(alternatives, 2);
+  EXPECT_LT(alternatives, kTrials - 2);
+}
+
 TEST(CorrelativeSearch, ExactScanIsFoundBelowACell) {
   Rng rng(4);
   for (int trial = 0; trial < 10; ++trial) {
@@ -150,6 +254,22 @@ TEST(CorrelativeSearch, TwoEqualPlacesAreAmbiguous) {
   const CorrelativeMatch narrow = search_correlative(map, shape, {SE2(0.2, 0, 0), 0.6, 0.5, 0.1});
   EXPECT_EQ(narrow.status, CorrelativeStatus::kFound);
   EXPECT_LT(narrow.T_map_scan.translation().norm(), 0.02);
+}
+
+/// The same shape twice, a turn of 0.4 rad about a point 5 m away apart, as the niches of a round corridor:
+/// it is outside of the window by its turn as by its place.
+TEST(CorrelativeSearch, EqualPlacesAroundACurveAreAmbiguous) {
+  Rng rng(10);
+  const auto shape = random_points(60, 0.6, rng);
+  const Vec2 centre(0, -5);
+  std::vector<Vec2> world = shape;
+  for (const Vec2& point : shape) world.push_back(SE2(0, 0, 0.4) * Vec2(point - centre) + centre);
+  const CorrelativeMap map(world, kMap);
+  const SearchWindow window{SE2(), 1, 0.5, 0.2};
+  CorrelativeSearchParams params;
+  EXPECT_EQ(search_correlative(map, shape, window, params).status, CorrelativeStatus::kFound);
+  params.other_window_ratio = 3;
+  EXPECT_EQ(search_correlative(map, shape, window, params).status, CorrelativeStatus::kAmbiguous);
 }
 
 /// Two walls of a corridor: another place along them is none with a free axis, the corridor beside it is.

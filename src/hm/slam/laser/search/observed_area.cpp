@@ -27,26 +27,37 @@ ObservedArea::ObservedArea(std::span<const SeenBeam> beams, double resolution_m)
   low_m_ = low - Vec2::Constant(2 * resolution_m);
   width_ = static_cast<int>((high.x() - low_m_.x()) / resolution_m) + 3;
   height_ = static_cast<int>((high.y() - low_m_.y()) / resolution_m) + 3;
-  seen_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
+  const auto width = static_cast<std::size_t>(width_), height = static_cast<std::size_t>(height_);
+  std::vector<std::uint8_t> seen(width * height, 0);
   for (const SeenBeam& beam : beams) {
     if (!usable(beam)) continue;
     const int steps = static_cast<int>((beam.to_m - beam.from_m).norm() / resolution_m) + 1;
     for (int i = 0; i <= steps; ++i) {
       const Vec2 at = (beam.from_m + (beam.to_m - beam.from_m) * i / steps - low_m_) / resolution_m;
-      const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx)
-          seen_[static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width_) +
-                static_cast<std::size_t>(x + dx)] = 1;
+      const auto x = static_cast<std::size_t>(at.x()), y = static_cast<std::size_t>(at.y());
+      for (std::size_t row = y - 1; row <= y + 1; ++row)
+        for (std::size_t column = x - 1; column <= x + 1; ++column) seen[row * width + column] = 1;
     }
   }
+  count_.assign((width + 1) * (height + 1), 0);
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0, in_row = 0; x < width; ++x) {
+      in_row += seen[y * width + x];
+      count_[(y + 1) * (width + 1) + x + 1] =
+          count_[y * (width + 1) + x + 1] + static_cast<std::uint32_t>(in_row);
+    }
 }
 
-bool ObservedArea::contains(const Vec2& point_m) const {
-  const Vec2 at = (point_m - low_m_) / resolution_m_;
-  if (!(at.x() >= 0 && at.y() >= 0 && at.x() < width_ && at.y() < height_)) return false;
-  return seen_[static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(width_) +
-               static_cast<std::size_t>(at.x())] != 0;
+bool ObservedArea::contains(const Vec2& point_m) const { return contains(point_m, point_m); }
+
+bool ObservedArea::contains(const Vec2& low_m, const Vec2& high_m) const {
+  const Vec2 first = (low_m - low_m_) / resolution_m_, last = (high_m - low_m_) / resolution_m_;
+  if (!(first.x() >= 0 && first.y() >= 0 && last.x() < width_ && last.y() < height_)) return false;
+  const int left = static_cast<int>(first.x()), right = static_cast<int>(last.x()) + 1;
+  const int bottom = static_cast<int>(first.y()), top = static_cast<int>(last.y()) + 1;
+  return count_below(right, top) - count_below(left, top) - count_below(right, bottom) +
+             count_below(left, bottom) ==
+         static_cast<std::uint32_t>((right - left) * (top - bottom));
 }
 
 }  // namespace hm
