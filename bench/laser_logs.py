@@ -11,28 +11,15 @@ SEEDS = (1, 2, 3, 4, 5)
 LIVE_SCANS = 2400  # a minute
 
 
-def thinned(log, every, out):
-    """Writes a log with every n-th scan of it."""
-    kept = []
-    count = -1
-    for line in Path(log).read_text(encoding="utf-8").splitlines():
-        word = line.split(" ", 1)[0]
-        count += word == "VERTEX2"
-        if word in ("VERTEX2", "ROBOTLASER1") and count % every == 0:
-            kept.append(line)
-    out.write_text("\n".join(kept) + "\n", encoding="utf-8")
-    return out
-
-
 def scan_stamps(log):
     """Stamps of the scans of a log in CARMEN's text form, sorted."""
     lines = (line.split() for line in Path(log).read_text(encoding="utf-8").splitlines())
     return sorted(float(words[-3]) for words in lines if words and words[0] in ("FLASER", "ROBOTLASER1"))
 
 
-def relations_at_scans(relations, log, out, near_s=NEAR_S):
-    """Writes those relations whose both moments lie so near to a scan of the log; how many they are."""
-    stamps = scan_stamps(log)
+def relations_at_scans(relations, log, out, near_s=NEAR_S, every=1):
+    """Writes those relations whose both moments lie so near to an n-th scan of the log; how many they are."""
+    stamps = scan_stamps(log)[::every]
 
     def is_at_scan(moment):
         place = bisect.bisect(stamps, moment)
@@ -44,10 +31,10 @@ def relations_at_scans(relations, log, out, near_s=NEAR_S):
     return len(kept)
 
 
-def run_against(program, log, relations, work, *settings, near_s=NEAR_S):
-    """`hm laser` against the relations at scans; poses are interpolated however far scans are apart."""
+def run_against(program, log, relations, work, *settings, near_s=NEAR_S, judged_every=1):
+    """`hm laser` against the relations at scans, or at every n-th; poses are interpolated however far scans are apart."""
     kept = Path(work) / "kept.relations"
-    count = relations_at_scans(relations, log, kept, near_s)
+    count = relations_at_scans(relations, log, kept, near_s, judged_every)
     run = run_hm(program, "laser", log, "-o", Path(work) / "out", "--overwrite", "--relations", kept, "--set", "laser.pictures=false",
                  "--set", "relation_error.max_gap_s=1000", *settings)
     if run["relations"]["used"] != count:
@@ -69,6 +56,18 @@ def against_relations(program, data, work):
               "laser_intel_wheel_exact": exact["mean_m"]}
     return ([{"name": name, "ours": value, "peer": None} for name, value in values.items()],
             {"fr079": degraded, "intel_wheel": wheels, "intel_wheel_exact": exact})
+
+
+def at_half_rate(program, data, work):
+    """(rows, details) of bench/run: mean errors with every second scan and with all, against the relations at every second."""
+    folder = data / "laser"
+    details = {name: {rate: run_against(program, folder / log, folder / relations, work, *settings, "--set", f"laser.scan_stride={stride}",
+                                        judged_every=2) for rate, stride in (("whole", 1), ("half", 2))}
+               for name, log, relations, settings in (
+                   ("fr079", "flirt_fr079.log", "fr079.relations", ("--set", "laser.degraded_odometry=true")),
+                   ("intel_wheel", "intel_wheel_odometry.log", "intel.relations", ()))}
+    ratio = max(runs["half"]["mean_m"] / runs["whole"]["mean_m"] for runs in details.values())
+    return [{"name": "laser_half_rate", "ours": ratio, "peer": None}], details
 
 
 def times_of(run):
@@ -95,8 +94,8 @@ def without_odometry(program, data, work):
     details = {}
     for name in recordings.needed("laser_no_odometry"):
         for every in (1, 2):
-            log = thinned(data / name, every, Path(work) / Path(name).name)
-            run = run_hm(program, "laser", log, "-o", Path(work) / "out", "--overwrite", "--set", "laser.pictures=false")
+            run = run_hm(program, "laser", data / name, "-o", Path(work) / "out", "--overwrite", "--set", "laser.pictures=false",
+                         "--set", f"laser.scan_stride={every}")
             details[f"{name} every {every}"] = {"ate_m": run["ate_rmse_m"], "verdict": run["verdict"]["value"],
                                                "match_ms": run["match_ms"]["mean"], "loops": run["loops"]["accepted"]}
     worst = max((run["ate_m"] for run in details.values() if run["verdict"] == "ok"), default=0.0)

@@ -11,26 +11,38 @@ def percentile(values, share):
     return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
 
-def drive(program, seed, work):
-    """One floor, of every second seed a large one: what `hm laser` makes of it."""
+def drive(program, seed, work, every=1):
+    """One floor, of every second seed a large one: what `hm laser` makes of every n-th scan of it."""
     work = Path(work) / str(seed)
     large = seed % 2 == 0
     run_hm(program, "simulate", "office", "--seed", seed, "-o", work / "office", *(["--large"] if large else []))
-    run = run_hm(program, "laser", work / "office", "-o", work / "out", "--set", "laser.pictures=false")
+    run = run_hm(program, "laser", work / "office", "-o", work / "out", "--set", "laser.pictures=false",
+                 "--set", f"laser.scan_stride={every}")
     return {"seed": seed, "large": large, "wrong_loops": run["loops"]["wrong"] or 0, "ate_m": run["ate_rmse_m"], "ate_odom_m": run.get("ate_rmse_odom_m", run["ate_rmse_m"]),
             "verdict": run["verdict"]["value"], "loops": run["loops"]["accepted"] - run["loops"]["removed"],
             "unconfirmed": run["scans"]["unconfirmed"], "scans": run["scans"]["total"], "match_ms": run["match_ms"]["mean"],
             "pieces": len(run["pieces"])}
 
 
+def worst_ok(runs):
+    """Largest error of a result called ok; 0 where none is."""
+    return max((run["ate_m"] for run in runs if run["verdict"] == "ok"), default=0.0)
+
+
+def at_half_rate(program, work, part="judging"):
+    """(rows, details) of bench/run: every second scan of the floors."""
+    runs = [drive(program, seed, work, every=2) for seed in recordings.seeds("office", part)]
+    values = {"laser_half_rate_office": percentile([run["ate_m"] for run in runs], 0.5), "laser_half_rate_ok": worst_ok(runs)}
+    return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {"runs": runs}
+
+
 def offices(program, work, part="judging"):
     """(rows, details) of bench/run; the seeds are those of recordings.json for this part."""
     runs = [drive(program, seed, work) for seed in recordings.seeds("office", part)]
     errors = [run["ate_m"] for run in runs]
-    worst_ok = max((run["ate_m"] for run in runs if run["verdict"] == "ok"), default=0.0)
     loops, wrong = (sum(run[key] for run in runs) for key in ("loops", "wrong_loops"))
     values = {"laser_office": percentile(errors, 0.5), "laser_office_worst": max(errors),
-              "laser_office_loops": 100 * (1 - wrong / max(1, loops)), "laser_office_ok": worst_ok}
+              "laser_office_loops": 100 * (1 - wrong / max(1, loops)), "laser_office_ok": worst_ok(runs)}
     matching = [run["ate_odom_m"] for run in runs]
     details = {"ate_m": {"median": percentile(errors, 0.5), "p90": percentile(errors, 0.9), "worst": max(errors)},
                "ate_odom_m": {"median": percentile(matching, 0.5), "p90": percentile(matching, 0.9), "worst": max(matching)},

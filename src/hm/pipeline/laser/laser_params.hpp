@@ -37,6 +37,7 @@ struct LaserRunParams {
   double max_wait_s = 0.25;
   double begin_s = 0;
   double duration_s = 0;
+  int scan_stride = 1;
   int queue_scans = 2;
   double clear_without_return_m = 0;
   double slice_bottom_m = 0.3;
@@ -81,6 +82,7 @@ struct LaserRunParams {
       self.begin_s);
     v(ParamDoc{"duration_s", {0, 1e9}, "use so much of the recording; 0 for all", ParamLevel::kBasic},
       self.duration_s);
+    v(ParamDoc{"scan_stride", {1, 1e6}, "use every n-th scan of a laser"}, self.scan_stride);
     v(ParamDoc{"queue_scans",
                {1, 1000},
                "live: of the scans that wait, more than these are dropped, oldest first"},

@@ -369,6 +369,11 @@ TEST(LaserEvents, AreMergedInOrderOfTheirArrival) {
   EXPECT_EQ(fewer.scan_count(), 1U);
   EXPECT_EQ(fewer.begin().ns, 130'000'000);
   EXPECT_EQ(fewer.end().ns, 210'000'000);
+  LaserRunParams thinned;
+  thinned.scan_stride = 2;
+  const LaserEvents half(recording, pipeline, thinned);
+  EXPECT_EQ(half.scan_count(), 2U);  // the first and the third
+  EXPECT_EQ(half.all().size(), 9U);  // nothing else is left out
 }
 
 TEST(LaserScanCounts, HeightErrorLeavesOutAConstant) {

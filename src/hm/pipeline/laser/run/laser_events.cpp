@@ -39,7 +39,7 @@ LaserEvents::LaserEvents(const LaserRecording& recording, const LaserPipeline& p
   for (std::size_t laser = 0; laser < recording.lasers.size(); ++laser) {
     if (!pipeline.uses(laser)) continue;
     const auto& scans = recording.lasers[laser].scans;
-    for (std::size_t i = 0; i < scans.size(); ++i)
+    for (std::size_t i = 0; i < scans.size(); i += static_cast<std::size_t>(params.scan_stride))
       events_.push_back({scans[i].stamp_of(scans[i].size()), LaserEvent::Kind::kScan, laser, i});
   }
   std::stable_sort(events_.begin(), events_.end(),
