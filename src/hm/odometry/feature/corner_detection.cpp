@@ -14,6 +14,10 @@ constexpr int kFastThreshold = 16;      ///< everywhere
 constexpr int kFastThresholdFaint = 5;  ///< in cells where the other finds too few
 constexpr int kScoreRadius_px = 3;
 constexpr int kScoredPerWanted = 3;  ///< FAST corners of a cell that get a Shi-Tomasi score, by its share
+/// A corner scores so many times what flat areas do: noise, and edges on which it imitates corners, fit
+/// anywhere along them. Flat is the fifth of a grid of windows, so far apart, that scores least.
+constexpr double kFlatScores = 3, kFlatShare = 0.2;
+constexpr int kFlatStep_px = 16;
 constexpr double kMaxRefinement_px = 3;
 constexpr int kMaxRefinements = 3;
 
@@ -172,6 +176,18 @@ class Occupied {
   int radius_px_;
 };
 
+/// Least score of what is no noise.
+float least_above_noise(const Image<std::uint8_t>& gray) {
+  std::vector<double> scores;
+  for (int y = kCornerBorder_px; y < gray.height() - kCornerBorder_px; y += kFlatStep_px)
+    for (int x = kCornerBorder_px; x < gray.width() - kCornerBorder_px; x += kFlatStep_px)
+      scores.push_back(gradient_moments(gray, x, y).score());
+  const auto flat =
+      scores.begin() + static_cast<std::ptrdiff_t>(kFlatShare * static_cast<double>(scores.size()));
+  std::nth_element(scores.begin(), flat, scores.end());
+  return static_cast<float>(kFlatScores * *flat);
+}
+
 }  // namespace
 
 std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, const FeatureParams& params) {
@@ -185,7 +201,8 @@ std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, co
     rank(gray, 2 + share * kScoredPerWanted, grid[i]);
     if (!grid[i].empty()) best = std::max(best, grid[i].front().score);
   }
-  const float least_score = std::max(best * static_cast<float>(params.quality_ratio), 1e-6F);
+  const float least_score =
+      std::max({best * static_cast<float>(params.quality_ratio), least_above_noise(gray), 1e-6F});
   std::vector<Corner> corners;
   Occupied occupied(gray.width(), gray.height(), params.min_distance_px);
   bool any = true;

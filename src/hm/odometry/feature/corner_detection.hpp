@@ -19,7 +19,8 @@ struct Corner {
 inline constexpr int kCornerBorder_px = 16;
 
 /// FAST-9 corners (Rosten and Drummond 2006) ranked by the score of Shi and Tomasi 1994 and selected cell by
-/// cell to cover the image: the best of every cell, then the second best, until `wanted` are found. Refined
+/// cell to cover the image: the best of every cell, then the second best, until `wanted` are found; none that
+/// score as noise does. Refined
 /// to subpixels by a few steps of Foerstner and Guelch 1987. The result is in the order of selection and
 /// depends only on the arguments.
 std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, const FeatureParams& params);

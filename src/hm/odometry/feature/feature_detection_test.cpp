@@ -204,6 +204,25 @@ TEST(FeatureDetector, BlankDarkAndTinyImagesHaveNone) {
   }
 }
 
+/// Slanted stripes, blurred over two pixels, under noise: what is found on their edges fits anywhere along
+/// them.
+TEST(FeatureDetector, StripesUnderNoiseHaveHardlyAny) {
+  Rng rng(4);
+  Image<std::uint8_t> stripes(640, 480);
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 640; ++u) {
+      const double across =
+          std::remainder(u + 0.1 * v, 200.0) / 2;  // edges every 100 px, where it is 0 or +-50
+      const double edge = std::abs(across) < 25 ? across : std::copysign(50, across) - across;
+      stripes(u, v) = static_cast<std::uint8_t>(std::lround(115 + 35 * std::tanh(edge) + rng.normal(0, 2)));
+    }
+  EXPECT_LT(detect(stripes, constant_depth(640, 480, 2000)).size(), 15U);
+  Image<std::uint8_t> noisy = textured(640, 480);
+  for (std::uint8_t& value : noisy.pixels())
+    value = static_cast<std::uint8_t>(std::clamp(std::lround(value + rng.normal(0, 2)), 0L, 255L));
+  EXPECT_GT(detect(noisy, constant_depth(640, 480, 2000)).size(), 450U);
+}
+
 TEST(FeatureDetector, ShiTomasiLooksOnlyWhereThereIsDepth) {
   FeatureParams params;
   params.detector = CornerDetector::kShiTomasi;

@@ -268,7 +268,7 @@ class Tracker final : public VisualOdometry {
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
-    const SE3 T = attempt.registration.T_odom_camera;
+    const SE3 T = renormalised(attempt.registration.T_odom_camera);
     inertia_.accept(view, attempt.registration, status, T_odom_last_ * motion_by_velocity(view));
     const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     geometry_.end();
@@ -377,7 +377,7 @@ class Tracker final : public VisualOdometry {
                        TrackedFrame& out) {
     geometry_.accept(attempt, geometry_frame(view));
     velocity_.update(T_odom_last_.inverse() * attempt.T_odom_camera, since_posed_s(view));
-    T_odom_last_ = attempt.T_odom_camera;
+    T_odom_last_ = renormalised(attempt.T_odom_camera);
     covariance_last_ = attempt.covariance;
     out.T_camera_depth = attempt.T_camera_depth;
     filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);

@@ -23,6 +23,13 @@ int surface_stride(const DepthGrid& grid) {
 
 }  // namespace
 
+SE3 renormalised(const SE3& pose) {
+  constexpr double kMostOff = 1e-10;
+  const Mat3& R = pose.rotation();
+  if ((R.transpose() * R - Mat3::Identity()).cwiseAbs().maxCoeff() <= kMostOff) return pose;
+  return {pose.quaternion(), pose.translation()};
+}
+
 void ConstantVelocity::update(const SE3& T_last_current, double duration_s) {
   HM_CHECK(duration_s > 0, "{} s", duration_s);
   twist_ = T_last_current.log() / duration_s;

@@ -40,6 +40,10 @@ class ConstantVelocity {
   Vec6 twist_ = Vec6::Zero();  ///< m/s and rad/s, in the camera's frame
 };
 
+/// A pose with an orthonormal rotation, where that of products differs from one by more than 1e-10: errors of
+/// rounding grow without end where a pose is multiplied by what was computed from it. Others keep their bits.
+SE3 renormalised(const SE3& pose);
+
 /// Guesses of the motion since the reference.
 struct MotionGuess {
   SE3 by_velocity;                   ///< at constant velocity

@@ -13,6 +13,16 @@ SE3 motion_over(double duration_s) {
   return SE3::exp(duration_s * (Vec6() << 0.9, -0.3, 0.2, 0.4, 1.5, -0.2).finished());
 }
 
+TEST(Renormalised, OnlyWhatIsOffIsMoved) {
+  const SE3 pose(so3_exp({0.3, -0.4, 0.5}), {1, 2, 3});
+  EXPECT_EQ(renormalised(pose).rotation(), pose.rotation());
+  const SE3 off(pose.rotation() * (1 + 1e-7), pose.translation());
+  const Mat3 R = renormalised(off).rotation();
+  EXPECT_LT((R.transpose() * R - Mat3::Identity()).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LT((R - pose.rotation()).cwiseAbs().maxCoeff(), 1e-7);  // what it was off by
+  EXPECT_EQ(renormalised(off).translation(), pose.translation());
+}
+
 TEST(ConstantVelocity, TheMotionGrowsWithTheTime) {
   ConstantVelocity velocity;
   EXPECT_EQ(difference(velocity.motion(kFramePeriod_s), {}), 0);
