@@ -121,7 +121,8 @@ FoundLoop LoopFinder::find(const MappedKeyframes& path, const ScanSubmap& submap
   search.params.min_score = params_.min_score;
   search.params.ambiguity_ratio = params_.ambiguity_ratio;
   // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
-  // repetition lies within three windows.
+  // repetition lies within three windows. Along a curve this holds for repetitions that turn by up to 0.3
+  // rad.
   search.params.other_window_ratio = 3;
   CorrelativeMatch match = search_correlative(search.map, search.points_m, search.window, search.params);
   const auto wider = widened(search.window, kWider, params_);

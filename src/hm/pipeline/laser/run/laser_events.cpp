@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 namespace {
 
@@ -30,6 +32,7 @@ std::optional<SE3> range_mount(const LaserRecording& recording) {
 
 LaserEvents::LaserEvents(const LaserRecording& recording, const LaserPipeline& pipeline,
                          const LaserRunParams& params) {
+  HM_CHECK(params.scan_stride >= 1, "scan_stride = {}", params.scan_stride);
   for (std::size_t i = 0; i < recording.imu.size(); ++i)
     events_.push_back({recording.imu[i].stamp, LaserEvent::Kind::kImu, 0, i});
   for (std::size_t i = 0; i < recording.odometry.size(); ++i)

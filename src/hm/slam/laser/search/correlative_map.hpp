@@ -59,8 +59,9 @@ class CorrelativeMap {
   [[nodiscard]] std::uint8_t value(int x, int y) const { return bound(0, x, y); }
   /// Area that was observed; null: not known.
   [[nodiscard]] const ObservedArea* seen() const { return seen_ ? &*seen_ : nullptr; }
-  /// Whether all of the cells [x, x + 2^level) x [y, y + 2^level) was observed, for any x and y; by blocks of
-  /// kSeenBlock x kSeenBlock cells, so that it may be false at the border of the area (never the reverse).
+  /// True only if all of the cells [x, x + 2^level) x [y, y + 2^level) were observed. It is looked up by
+  /// blocks of kSeenBlock x kSeenBlock cells of the raster: false for some squares at the border of the area,
+  /// and for all that begin outside the raster.
   [[nodiscard]] bool all_seen(int level, int x, int y) const {
     const Level& l = levels_[static_cast<std::size_t>(level)];
     const unsigned column = static_cast<unsigned>(x) / kSeenBlock,

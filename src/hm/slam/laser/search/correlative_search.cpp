@@ -143,7 +143,7 @@ class Search {
     std::size_t inside = 0;
     for (const Eigen::Vector2i& cell : cells_at(c.angle))
       inside += map_.all_seen(level, cell.x() + c.x, cell.y() + c.y);
-    return static_cast<double>(inside) * least_seen_score_ * 255.0 <= c.sum;
+    return static_cast<double>(inside) * least_seen_score_ * 255.0 <= c.sum + 1.0;  // 1: for rounding
   }
 
   /// Penalty of the pose in a square that is nearest to the window's centre.

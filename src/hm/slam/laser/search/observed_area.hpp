@@ -18,7 +18,7 @@ class ObservedArea {
  public:
   explicit ObservedArea(std::span<const SeenBeam> beams, double resolution_m = 0.2);
   [[nodiscard]] bool contains(const Vec2& point_m) const;
-  /// Whether all of a rectangle was observed.
+  /// Whether all of a rectangle was observed; `low_m` must not exceed `high_m`.
   [[nodiscard]] bool contains(const Vec2& low_m, const Vec2& high_m) const;
 
  private:
