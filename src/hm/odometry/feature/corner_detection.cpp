@@ -14,10 +14,11 @@ constexpr int kFastThreshold = 16;      ///< everywhere
 constexpr int kFastThresholdFaint = 5;  ///< in cells where the other finds too few
 constexpr int kScoreRadius_px = 3;
 constexpr int kScoredPerWanted = 3;  ///< FAST corners of a cell that get a Shi-Tomasi score, by its share
-/// A corner scores so many times what flat areas do: noise, and edges on which it imitates corners, fit
-/// anywhere along them. Flat is the fifth of a grid of windows, so far apart, that scores least.
-constexpr double kFlatScores = 3, kFlatShare = 0.2;
-constexpr int kFlatStep_px = 16;
+/// A corner scores so many times the variance of the noise, whose windows score about 1.6 times it; noise
+/// also imitates corners on edges, which fit anywhere along them. Its variance is that of the fifth of a grid
+/// of windows, so far apart, that have least.
+constexpr double kLeastScoreByNoise = 8, kNoisyShare = 0.2;
+constexpr int kNoiseStep_px = 16;
 constexpr double kMaxRefinement_px = 3;
 constexpr int kMaxRefinements = 3;
 
@@ -176,16 +177,33 @@ class Occupied {
   int radius_px_;
 };
 
+/// Variance of the noise around a pixel: mean square of the mixed second differences, which neither slopes
+/// nor straight edges along an axis have (Immerkaer 1996, equation 2).
+double noise_variance(const Image<std::uint8_t>& gray, int x, int y) {
+  constexpr double kPixels = (2 * kScoreRadius_px + 1) * (2 * kScoreRadius_px + 1), kMaskSquares = 36;
+  const int width = gray.width();
+  const auto sides = [](const std::uint8_t* at) { return at[-1] - 2 * at[0] + at[1]; };
+  int sum = 0;
+  for (int dy = -kScoreRadius_px; dy <= kScoreRadius_px; ++dy) {
+    const std::uint8_t* row = gray.data() + (y + dy) * width + x;
+    for (int dx = -kScoreRadius_px; dx <= kScoreRadius_px; ++dx) {
+      const int mixed = sides(row + dx - width) - 2 * sides(row + dx) + sides(row + dx + width);
+      sum += mixed * mixed;
+    }
+  }
+  return sum / (kPixels * kMaskSquares);
+}
+
 /// Least score of what is no noise.
 float least_above_noise(const Image<std::uint8_t>& gray) {
-  std::vector<double> scores;
-  for (int y = kCornerBorder_px; y < gray.height() - kCornerBorder_px; y += kFlatStep_px)
-    for (int x = kCornerBorder_px; x < gray.width() - kCornerBorder_px; x += kFlatStep_px)
-      scores.push_back(gradient_moments(gray, x, y).score());
-  const auto flat =
-      scores.begin() + static_cast<std::ptrdiff_t>(kFlatShare * static_cast<double>(scores.size()));
-  std::nth_element(scores.begin(), flat, scores.end());
-  return static_cast<float>(kFlatScores * *flat);
+  std::vector<double> variances;
+  for (int y = kCornerBorder_px; y < gray.height() - kCornerBorder_px; y += kNoiseStep_px)
+    for (int x = kCornerBorder_px; x < gray.width() - kCornerBorder_px; x += kNoiseStep_px)
+      variances.push_back(noise_variance(gray, x, y));
+  const auto noisy =
+      variances.begin() + static_cast<std::ptrdiff_t>(kNoisyShare * static_cast<double>(variances.size()));
+  std::nth_element(variances.begin(), noisy, variances.end());
+  return static_cast<float>(kLeastScoreByNoise * *noisy);
 }
 
 }  // namespace
