@@ -2,7 +2,7 @@
 from pathlib import Path
 
 import recordings
-from verdicts import run_hm
+from verdicts import run_hm, worst_ok
 
 
 def percentile(values, share):
@@ -22,11 +22,6 @@ def drive(program, seed, work, every=1):
             "verdict": run["verdict"]["value"], "loops": run["loops"]["accepted"] - run["loops"]["removed"],
             "unconfirmed": run["scans"]["unconfirmed"], "scans": run["scans"]["total"], "match_ms": run["match_ms"]["mean"],
             "pieces": len(run["pieces"])}
-
-
-def worst_ok(runs):
-    """Largest error of a result called ok; 0 where none is."""
-    return max((run["ate_m"] for run in runs if run["verdict"] == "ok"), default=0.0)
 
 
 def at_half_rate(program, work, part="judging"):

@@ -29,6 +29,11 @@ def run_hm(program, *words):
     return document
 
 
+def worst_ok(runs):
+    """Largest error of a result called ok; 0 where none is."""
+    return max((run["ate_m"] for run in runs if run["verdict"] == "ok"), default=0.0)
+
+
 def laser_cases(program, recording, seeds, work):
     """("good" or "torn", verdict) for maps from damaged odometry, by their error."""
     for share in NOISE_SHARES:

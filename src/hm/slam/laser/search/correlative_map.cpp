@@ -45,6 +45,7 @@ void CorrelativeMap::find_seen_blocks() {
     const unsigned reach = kSeenBlock - 1 + (1U << level);
     const double side_m = block_m * ((reach + kSeenBlock - 1) / kSeenBlock);
     std::vector<std::uint8_t>& all_seen = levels_[level].all_seen;
+    all_seen.reserve(static_cast<std::size_t>(seen_width_) * seen_height_);
     for (unsigned y = 0; y < seen_height_; ++y)
       for (unsigned x = 0; x < seen_width_; ++x) {
         const Vec2 low_m = origin_m_ + block_m * Vec2(x, y);

@@ -37,11 +37,12 @@ class CorrelativeMap {
     if (column >= l.width || row >= l.height) return 0;
     return l.values[static_cast<std::size_t>(row) * l.width + column];
   }
-  /// Adds bound(level, ., .) of the squares at (x, y), (x + step, y), (x, y + step), (x + step, y + step).
-  void add_bounds(int level, int x, int y, int step, std::array<std::uint32_t, 4>& sums) const {
+  /// Adds bound(level, ., .) of the square at (x, y) and of its neighbours to the right, above, and both.
+  void add_bounds(int level, int x, int y, std::array<std::uint32_t, 4>& sums) const {
     const Level& l = levels_[static_cast<std::size_t>(level)];
     const unsigned column = static_cast<unsigned>(x + l.margin), row = static_cast<unsigned>(y + l.margin);
-    const auto apart = static_cast<unsigned>(step);
+    const int side = 1 << level;
+    const auto apart = static_cast<unsigned>(side);
     if (column < l.width && row < l.height && column + apart < l.width && row + apart < l.height) {
       const std::uint8_t* value = &l.values[static_cast<std::size_t>(row) * l.width + column];
       const std::uint8_t* above = value + static_cast<std::size_t>(apart) * l.width;
@@ -52,9 +53,9 @@ class CorrelativeMap {
       return;
     }
     sums[0] += bound(level, x, y);
-    sums[1] += bound(level, x + step, y);
-    sums[2] += bound(level, x, y + step);
-    sums[3] += bound(level, x + step, y + step);
+    sums[1] += bound(level, x + side, y);
+    sums[2] += bound(level, x, y + side);
+    sums[3] += bound(level, x + side, y + side);
   }
   [[nodiscard]] std::uint8_t value(int x, int y) const { return bound(0, x, y); }
   /// Area that was observed; null: not known.

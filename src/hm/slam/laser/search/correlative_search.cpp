@@ -115,21 +115,15 @@ class Search {
     const int side = 1 << level;
     std::array<std::uint32_t, 4> sums{};
     for (const Eigen::Vector2i& cell : cells_at(angle))
-      map_.add_bounds(level, cell.x() + x, cell.y() + y, side, sums);
+      map_.add_bounds(level, cell.x() + x, cell.y() + y, sums);
     for (const int i : {0, 1, 2, 3}) {
-      const Candidate square{angle, x + (i % 2) * side, y + (i / 2) * side,
-                             sums[static_cast<std::size_t>(i)]};
+      Candidate square{angle, x + (i % 2) * side, y + (i / 2) * side, sums[static_cast<std::size_t>(i)]};
       if (square.x > columns_ || square.y > rows_ || limit_reached() || is_same_place(level, square))
         continue;
       ++evaluations_;
-      keep_if_possible(level, square, list);
+      square.sum -= std::min(square.sum, least_penalty(level, square));
+      if (square.sum >= least_ && may_be_alternative(level, square)) list.push_back(square);
     }
-  }
-
-  template <class List>
-  void keep_if_possible(int level, Candidate candidate, List& list) const {
-    candidate.sum -= std::min(candidate.sum, least_penalty(level, candidate));
-    if (candidate.sum >= least_ && may_be_alternative(level, candidate)) list.push_back(candidate);
   }
 
   [[nodiscard]] std::span<const Eigen::Vector2i> cells_at(int angle) const {
