@@ -1,6 +1,7 @@
 #include "hm/slam/laser/loop_finder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -20,6 +21,12 @@ constexpr double kExact_m = 0.02, kShared = 0.5;
 /// Deviation of a match in a direction that nothing holds; no larger, as that direction is known to
 /// milliradians only: 100 m would blur by decimetres what is held.
 constexpr double kFreeSigma_m = 5;
+/// So far a match is moved to see how much it turns on the way; by less a metre it does so by noise.
+constexpr double kAlong_m = 1, kLeastTurn_rad_m = 0.015;
+/// Deviations of a place that the search found, a quarter of what it takes for the same place (those of an
+/// edge are twice as large): no other one within three windows fits nearly as well, also where PL-ICP finds
+/// few lines, as among trees and pillars.
+constexpr double kFound_m = 0.1, kFound_rad = 0.075;
 /// Both matches must agree by so much: only that with the submap was checked for contradictions.
 constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
@@ -58,15 +65,6 @@ bool walls_on_both_sides(const PlanarScan& scan, const ObservedArea& seen, const
   };
   return static_cast<double>(std::min(beside(1), beside(-1))) >
          kLeastRatio * static_cast<double>(scan.size());
-}
-
-/// The covariance of PL-ICP with deviations of kFreeSigma_m in the directions that it left free.
-Mat3 with_free_sigma(Mat3 covariance) {
-  const Eigen3 axes = symmetric_eigen(covariance);
-  for (const int i : {1, 2})
-    if (const double excess = axes.values[i] - kFreeSigma_m * kFreeSigma_m; excess > 0)
-      covariance -= excess * axes.vectors.col(i) * axes.vectors.col(i).transpose();
-  return covariance;
 }
 
 LoopOutcome outcome_of(CorrelativeStatus status) {
@@ -135,7 +133,11 @@ FoundLoop LoopFinder::find(const MappedKeyframes& path, const ScanSubmap& submap
   result.outcome = outcome_of(match.status);
   if (match.status == CorrelativeStatus::kFound) {
     result.match = verified(search, match.T_map_scan);
-    if (!result.match) result.outcome = LoopOutcome::kNotVerified;
+    if (!result.match)
+      result.outcome = LoopOutcome::kNotVerified;
+    else
+      result.match->covariance = fused_covariance(
+          result.match->covariance, Vec3(kFound_m, kFound_m, kFound_rad).cwiseAbs2().asDiagonal());
   } else if (match.status == CorrelativeStatus::kAmbiguous) {
     result.match = verified_along_walls(search, match);
   }
@@ -181,6 +183,44 @@ bool LoopFinder::confirms(const ScanMatch& match, const SE2& guess, double point
          static_cast<double>(match.pairs) >= params_.kVerifyMinPairsRatio * points;
 }
 
+/// Motion (x, y, angle) of a scan per metre along an axis, where it fits all along: in a straight corridor it
+/// does not turn, in a round one by its curvature.
+Vec3 LoopFinder::free_motion(const PlanarScan& reference, const PlanarScan& scan, const SE2& T_reference_scan,
+                             const Vec2& axis) {
+  const Vec3 straight(axis.x(), axis.y(), 0);
+  std::array<SE2, 2> moved;
+  for (const int side : {0, 1}) {
+    const Vec2 shift_m = (2 * side - 1) * kAlong_m * axis;
+    const ScanMatch match = matcher_.match(
+        reference, scan, SE2(T_reference_scan.translation() + shift_m, T_reference_scan.angle()));
+    if (!match.ok()) return straight;
+    moved[static_cast<std::size_t>(side)] = *match.T_reference_sensed;
+  }
+  const Vec2 motion_m = moved[1].translation() - moved[0].translation();
+  const double along_m = axis.dot(motion_m), turn_rad = wrap_angle(moved[1].angle() - moved[0].angle());
+  if (along_m < kAlong_m) return straight;
+  const bool turns = std::abs(turn_rad) > kLeastTurn_rad_m * along_m;
+  return Vec3(motion_m.x(), motion_m.y(), turns ? turn_rad : 0) / along_m;
+}
+
+/// The covariance of a match with deviations of kFreeSigma_m in the directions that nothing holds. How much
+/// these turn is measured: in PL-ICP's covariance it is noise of the normals, with which the graph would pay
+/// for headings, which are held, by ways along the walls, which are not.
+Mat3 LoopFinder::with_free_sigma(const ScanMatch& match, const PlanarScan& reference,
+                                 const PlanarScan& scan) {
+  Mat3 covariance = match.covariance;
+  for (int direction = 0; direction < 2; ++direction) {
+    const Vec2 axis = weakest_direction(covariance.topLeftCorner<2, 2>());
+    const Vec3 shift(axis.x(), axis.y(), 0), along = covariance * shift;
+    const double variance = shift.dot(along);
+    if (variance < 2 * kFreeSigma_m * kFreeSigma_m) break;
+    const Vec3 free = free_motion(reference, scan, *match.T_reference_sensed, axis);
+    covariance +=
+        kFreeSigma_m * kFreeSigma_m * free * free.transpose() - along * along.transpose() / variance;
+  }
+  return covariance;
+}
+
 /// Pose of the last keyframe relative to the submap's nearest one, if PL-ICP confirms the search's match
 /// with what the submap's scans together show there, and if nothing of it contradicts them.
 std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T_anchor_base) {
@@ -190,8 +230,8 @@ std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T
   const PlanarScan& scan = keyframes.back().scan;
   const SE2 T_odom_anchor = keyframes[submap.anchor()].T_odom_base;
   const SE2 T_odom_guess = T_odom_anchor * T_anchor_base;
-  const ScanMatch match =
-      matcher_.match(submap_scan(submap, keyframes, T_odom_guess, scan.origin_m), scan, SE2());
+  const PlanarScan together = submap_scan(submap, keyframes, T_odom_guess, scan.origin_m);
+  const ScanMatch match = matcher_.match(together, scan, SE2());
   if (!match.ok()) return std::nullopt;
   const SE2& correction = *match.T_reference_sensed;
   const SE2 T_odom_base = T_odom_guess * correction, T_anchor_matched = T_anchor_base * correction;
@@ -222,7 +262,7 @@ std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T
       direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
     return LoopMatch{nearest, *direct.T_reference_sensed, direct.covariance};
   const Mat3 rotated = turned_covariance((T_nearest_base * correction.inverse()).rotation(),
-                                         with_free_sigma(match.covariance));
+                                         with_free_sigma(match, together, scan));
   return LoopMatch{nearest, T_nearest_base, rotated};
 }
 

@@ -64,6 +64,10 @@ class LoopFinder {
   [[nodiscard]] std::optional<LoopMatch> verified(const Search& search, const SE2& T_anchor_base);
   [[nodiscard]] std::optional<LoopMatch> verified_along_walls(const Search& search,
                                                               const CorrelativeMatch& ambiguous);
+  [[nodiscard]] Mat3 with_free_sigma(const ScanMatch& match, const PlanarScan& reference,
+                                     const PlanarScan& scan);
+  [[nodiscard]] Vec3 free_motion(const PlanarScan& reference, const PlanarScan& scan,
+                                 const SE2& T_reference_scan, const Vec2& axis);
 
   ScanGraph2DParams params_;
   SubmapRasters rasters_;

@@ -256,9 +256,84 @@ TEST(ScanGraph2D, WallsOfACorridorHoldWhatGoesThroughItTwice) {
     const Mat3 covariance = turned_covariance(T_corridor_to.rotation(), edge.information.inverse());
     EXPECT_GT(covariance(0, 0), 25) << edge.from << " " << edge.to;
     EXPECT_LT(covariance(1, 1), 0.1 * 0.1) << edge.from << " " << edge.to;
+    // Ways along the walls are no turns: else headings would be paid for with them.
+    EXPECT_LT(covariance(2, 2), 0.02 * 0.02) << edge.from << " " << edge.to;
   }
   EXPECT_NEAR(run.last().y(), run.true_last().y(), 0.05);             // 0.4 m off before
   EXPECT_NEAR(run.last().x(), run.true_last().x() + 0.02 * 40, 0.2);  // as the wheels say
+}
+
+/// Keyframes of a drive whose odometry is right, of which matching leaves `free` undetermined and wheels
+/// little.
+ScanGraph2D graph_of(const TestDrive& run, const Mat3& matching) {
+  ScanGraph2D graph;
+  for (std::size_t i = 0; i < run.keyframes.size(); ++i) {
+    GraphKeyframe2D keyframe = run.keyframes[i];
+    keyframe.T_odom_base = run.truth[i];
+    keyframe.covariance = matching;
+    keyframe.wheel_covariance = Vec3(4e-4, 4e-4, 1e-4).asDiagonal();
+    graph.add_keyframe(keyframe);
+  }
+  return graph;
+}
+
+void add_circle(PlanarWorld& world, const Vec2& centre, double radius_m, int corners) {
+  std::vector<Vec2> points;
+  for (int i = 0; i < corners; ++i)
+    points.push_back(centre + SE2(0, 0, 2 * std::numbers::pi * i / corners).rotation() * Vec2(radius_m, 0));
+  world.add_polygon(points);
+}
+
+/// In a round corridor the direction that nothing holds turns with it.
+TEST(ScanGraph2D, WallsOfARoundCorridorTurnWhatIsFree) {
+  constexpr double kRadius_m = 10;
+  PlanarWorld world;
+  for (const double side : {-1.1, 1.1}) add_circle(world, Vec2::Zero(), kRadius_m + side, 240);
+  std::vector<SE2> path;
+  for (const double side : {-0.1, 0.1})
+    for (int i = 0; i < 60; ++i) {
+      const double angle = 0.05 * (side < 0 ? i : 60 - i);
+      path.push_back(SE2(0, 0, angle) *
+                     SE2(kRadius_m + side, 0, side < 0 ? std::numbers::pi / 2 : -std::numbers::pi / 2));
+    }
+  TestLaser laser = kDriveLaser;
+  laser.range_max_m = 8;
+  const ScanGraph2D graph = graph_of(drive(world, path, laser), Vec3(1e4, 1e-4, 2e-5).asDiagonal());
+  int loops = 0, turned = 0;
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    const Mat3 covariance = edge.information.inverse();
+    if (edge.kind != PoseEdgeKind::kLoop || covariance(0, 0) < 25) continue;
+    ++loops;
+    turned += std::abs(std::abs(covariance(0, 2) / covariance(0, 0)) - 1 / kRadius_m) < 0.01;
+  }
+  EXPECT_GT(loops, 20);
+  EXPECT_GE(turned, 0.75 * loops);  // the others end in another minimum on one side
+}
+
+/// Trunks have hardly any lines for PL-ICP, but only one place fits what is seen of them.
+TEST(ScanGraph2D, ALoopAmongTreesDeterminesItsPlace) {
+  Rng rng(5);
+  PlanarWorld world;
+  for (double x = -3; x < 24; x += 3)
+    for (const double y : {-5.0, -2.0, 2.0, 5.0})
+      add_circle(world, {x + rng.uniform(-1.0, 1.0), y + rng.uniform(-0.8, 0.8)}, rng.uniform(0.06, 0.12),
+                 16);
+  std::vector<SE2> path;
+  for (double x = 0; x < 20; x += 0.5) path.emplace_back(x, 0, 0);
+  for (double x = 20; x > 0; x -= 0.5) path.emplace_back(x, 0.3, std::numbers::pi);
+  TestLaser laser = kDriveLaser;
+  laser.range_max_m = 12;
+  const ScanGraph2D graph = graph_of(drive(world, path, laser), Vec3(0.1, 0.1, 0.01).asDiagonal());
+  int loops = 0;
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    ++loops;
+    const Mat3 covariance = edge.information.inverse();
+    EXPECT_LT(covariance(0, 0) + covariance(1, 1), 0.3 * 0.3) << edge.from << " " << edge.to;
+    const SE2 error = (path[edge.from].inverse() * path[edge.to]).inverse() * edge.T_from_to;
+    EXPECT_LT(error.translation().norm(), 0.2) << edge.from << " " << edge.to;
+  }
+  EXPECT_GT(loops, 5);
 }
 
 /// Odometry errs by 0.9 m at the turn: the way back goes through a wall of the way there. A loop that holds

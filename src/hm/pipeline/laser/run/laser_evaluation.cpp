@@ -81,7 +81,7 @@ void judge_lengths(const LaserSummary& summary, RunVerdict& verdict) {
                 fmt::format("the length of {:.0f} m between bare walls is extrapolated from the velocity "
                             "({:.0f} m in all)",
                             summary.longest_guess_m, summary.guessed_m));
-  else if (unobserved_ratio > kMostUnobserved)
+  if (unobserved_ratio > kMostUnobserved)
     verdict.add(MapVerdict::kDoubtful, fmt::format("{:.0f} % of the scans show nothing of the motion along "
                                                    "walls, and no odometry does",
                                                    100 * unobserved_ratio));

@@ -72,6 +72,12 @@ TEST(JudgeLaserRun, DoubtsARunWhoseScansShowNoMotionAlongWalls) {
   EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kOk);
   summary.scans_length_unobserved = 60;
   EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kDoubtful);
+  // Both are said: a vehicle that began between bare walls guessed a few of many metres.
+  summary.guessed_m = summary.longest_guess_m = 7;
+  const RunVerdict verdict = judge_laser_run({}, summary, {}, {});
+  ASSERT_EQ(verdict.reasons.size(), 2U);
+  EXPECT_NE(verdict.reasons[1].find("60 % of the scans show nothing"), std::string::npos)
+      << verdict.reasons[1];
 }
 
 }  // namespace
