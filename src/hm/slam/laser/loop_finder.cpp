@@ -21,6 +21,8 @@ constexpr double kExact_m = 0.02, kShared = 0.5;
 /// Deviation of a match in a direction that nothing holds; no larger, as that direction is known to
 /// milliradians only: 100 m would blur by decimetres what is held.
 constexpr double kFreeSigma_m = 5;
+/// With a smaller deviation a direction is held.
+constexpr double kHeld_m = 1;
 /// So far a match is moved to see how much it turns on the way; by less a metre it does so by noise.
 constexpr double kAlong_m = 1, kLeastTurn_rad_m = 0.015;
 /// Deviations of a place that the search found, a quarter of what it takes for the same place (those of an
@@ -203,20 +205,20 @@ Vec3 LoopFinder::free_motion(const PlanarScan& reference, const PlanarScan& scan
   return Vec3(motion_m.x(), motion_m.y(), turns ? turn_rad : 0) / along_m;
 }
 
-/// The covariance of a match with deviations of kFreeSigma_m in the directions that nothing holds. How much
-/// these turn is measured: in PL-ICP's covariance it is noise of the normals, with which the graph would pay
-/// for headings, which are held, by ways along the walls, which are not.
+/// The covariance of a match with deviations of at most kFreeSigma_m in the directions that nothing holds.
+/// How much these turn is measured: in PL-ICP's covariance it is noise of the normals, with which the graph
+/// would pay for headings, which are held, by ways along the walls, which are not.
 Mat3 LoopFinder::with_free_sigma(const ScanMatch& match, const PlanarScan& reference,
                                  const PlanarScan& scan) {
   Mat3 covariance = match.covariance;
-  for (int direction = 0; direction < 2; ++direction) {
-    const Vec2 axis = weakest_direction(covariance.topLeftCorner<2, 2>());
-    const Vec3 shift(axis.x(), axis.y(), 0), along = covariance * shift;
-    const double variance = shift.dot(along);
-    if (variance < 2 * kFreeSigma_m * kFreeSigma_m) break;
+  const Vec2 weakest = weakest_direction(covariance.topLeftCorner<2, 2>());
+  for (const Vec2& axis : {weakest, Vec2(weakest.unitOrthogonal())}) {
+    const Vec3 along = covariance.leftCols<2>() * axis;
+    const double variance = axis.dot(along.head<2>());
+    if (variance <= kHeld_m * kHeld_m) break;
     const Vec3 free = free_motion(reference, scan, *match.T_reference_sensed, axis);
-    covariance +=
-        kFreeSigma_m * kFreeSigma_m * free * free.transpose() - along * along.transpose() / variance;
+    covariance += std::min(variance, kFreeSigma_m * kFreeSigma_m) * free * free.transpose() -
+                  along * along.transpose() / variance;
   }
   return covariance;
 }
