@@ -1,4 +1,4 @@
-// hm: compiled alone (Boost's headers; the only file that includes them).
+// hm: compiled alone (Boost's headers, which only boost_sources.cpp includes besides).
 #include "hm/station/web/web_server.hpp"
 
 #include <utility>
