@@ -69,15 +69,19 @@ def kernel_section(details):
     return "\n".join(lines) + "\n"
 
 
+def system_load():
+    return round(os.getloadavg()[0], 1)
+
+
 def occasion(root):
-    """When, of what, where and at what load (at the end of the run) something was measured."""
+    """When, of what, where and at what load something was measured."""
     def git(*words):
         done = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, check=False)
         return done.stdout.strip() if done.returncode == 0 else ""
     commit = git("rev-parse", "--short=7", "HEAD") or "unknown"
     changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs")
     return {"date": datetime.date.today().isoformat(), "commit": commit + ("+" if changed else ""), "machine": machine(),
-            "load": round(os.getloadavg()[0], 1)}
+            "load": system_load()}
 
 
 def load(path):

@@ -12,7 +12,6 @@
 namespace hm {
 namespace {
 
-constexpr double kFree_m = 1;  // a direction that deviates by more is free
 /// The next keyframe's loop is no independent one.
 constexpr std::size_t kLeastApart = 2;
 /// Deviations between two loops at most; those of the graph between their ends, in part per metre.

@@ -19,6 +19,9 @@ inline constexpr ScanAgreementLimits kVisitLimits{0.15, 0.02, 12, 90};
 /// Loops that agree begin and end at most so many keyframes from each other.
 inline constexpr std::size_t kReachOfAgreement = 15;
 
+/// A direction whose deviation is larger is free.
+inline constexpr double kFree_m = 1;
+
 /// Number of keyframes from one to another.
 inline std::size_t keyframes_apart(std::size_t i, std::size_t j) { return i > j ? i - j : j - i; }
 /// Whether the covariance of (x, y, angle) leaves a direction free.

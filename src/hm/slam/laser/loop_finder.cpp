@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "hm/geometry/planar_covariance.hpp"
-#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -21,14 +20,8 @@ constexpr double kExact_m = 0.02, kShared = 0.5;
 /// Deviation of a match in a direction that nothing holds; no larger, as that direction is known to
 /// milliradians only: 100 m would blur by decimetres what is held.
 constexpr double kFreeSigma_m = 5;
-/// With a smaller deviation a direction is held.
-constexpr double kHeld_m = 1;
 /// So far a match is moved to see how much it turns on the way; by less a metre it does so by noise.
 constexpr double kAlong_m = 1, kLeastTurn_rad_m = 0.015;
-/// Deviations of a place that the search found, a quarter of what it takes for the same place (those of an
-/// edge are twice as large): no other one within three windows fits nearly as well, also where PL-ICP finds
-/// few lines, as among trees and pillars.
-constexpr double kFound_m = 0.1, kFound_rad = 0.075;
 /// Both matches must agree by so much: only that with the submap was checked for contradictions.
 constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// From this share on the graph's uncertainty is too small, and a search that finds nothing goes on in a
@@ -67,6 +60,14 @@ bool walls_on_both_sides(const PlanarScan& scan, const ObservedArea& seen, const
   };
   return static_cast<double>(std::min(beside(1), beside(-1))) >
          kLeastRatio * static_cast<double>(scan.size());
+}
+
+/// Covariance of a place that the search found: no other one fits nearly as well, also where PL-ICP finds few
+/// lines, as among trees and pillars. Its deviations are a quarter of what the search takes for the same
+/// place; those of an edge are twice as large.
+Mat3 covariance_of_found(const CorrelativeSearchParams& search) {
+  return Vec3(search.other_place_m, search.other_place_m, search.other_angle_rad).cwiseAbs2().asDiagonal() *
+         (1.0 / 16);
 }
 
 LoopOutcome outcome_of(CorrelativeStatus status) {
@@ -138,8 +139,8 @@ FoundLoop LoopFinder::find(const MappedKeyframes& path, const ScanSubmap& submap
     if (!result.match)
       result.outcome = LoopOutcome::kNotVerified;
     else
-      result.match->covariance = fused_covariance(
-          result.match->covariance, Vec3(kFound_m, kFound_m, kFound_rad).cwiseAbs2().asDiagonal());
+      result.match->covariance =
+          fused_covariance(result.match->covariance, covariance_of_found(search.params));
   } else if (match.status == CorrelativeStatus::kAmbiguous) {
     result.match = verified_along_walls(search, match);
   }
@@ -215,7 +216,7 @@ Mat3 LoopFinder::with_free_sigma(const ScanMatch& match, const PlanarScan& refer
   for (const Vec2& axis : {weakest, Vec2(weakest.unitOrthogonal())}) {
     const Vec3 along = covariance.leftCols<2>() * axis;
     const double variance = axis.dot(along.head<2>());
-    if (variance <= kHeld_m * kHeld_m) break;
+    if (variance <= kFree_m * kFree_m) break;
     const Vec3 free = free_motion(reference, scan, *match.T_reference_sensed, axis);
     covariance += std::min(variance, kFreeSigma_m * kFreeSigma_m) * free * free.transpose() -
                   along * along.transpose() / variance;

@@ -263,8 +263,7 @@ TEST(ScanGraph2D, WallsOfACorridorHoldWhatGoesThroughItTwice) {
   EXPECT_NEAR(run.last().x(), run.true_last().x() + 0.02 * 40, 0.2);  // as the wheels say
 }
 
-/// Keyframes of a drive whose odometry is right, of which matching leaves `free` undetermined and wheels
-/// little.
+/// Of a drive whose odometry is right; `matching`: what its matches say of their errors.
 ScanGraph2D graph_of(const TestDrive& run, const Mat3& matching) {
   ScanGraph2D graph;
   for (std::size_t i = 0; i < run.keyframes.size(); ++i) {
@@ -277,18 +276,11 @@ ScanGraph2D graph_of(const TestDrive& run, const Mat3& matching) {
   return graph;
 }
 
-void add_circle(PlanarWorld& world, const Vec2& centre, double radius_m, int corners) {
-  std::vector<Vec2> points;
-  for (int i = 0; i < corners; ++i)
-    points.push_back(centre + SE2(0, 0, 2 * std::numbers::pi * i / corners).rotation() * Vec2(radius_m, 0));
-  world.add_polygon(points);
-}
-
 /// In a round corridor the direction that nothing holds turns with it.
 TEST(ScanGraph2D, WallsOfARoundCorridorTurnWhatIsFree) {
   constexpr double kRadius_m = 10;
   PlanarWorld world;
-  for (const double side : {-1.1, 1.1}) add_circle(world, Vec2::Zero(), kRadius_m + side, 240);
+  for (const double side : {-1.1, 1.1}) world.circles.push_back({Vec2::Zero(), kRadius_m + side});
   std::vector<SE2> path;
   for (const double side : {-0.1, 0.1})
     for (int i = 0; i < 60; ++i) {
@@ -316,8 +308,8 @@ TEST(ScanGraph2D, ALoopAmongTreesDeterminesItsPlace) {
   PlanarWorld world;
   for (double x = -3; x < 24; x += 3)
     for (const double y : {-5.0, -2.0, 2.0, 5.0})
-      add_circle(world, {x + rng.uniform(-1.0, 1.0), y + rng.uniform(-0.8, 0.8)}, rng.uniform(0.06, 0.12),
-                 16);
+      world.circles.push_back(
+          {{x + rng.uniform(-1.0, 1.0), y + rng.uniform(-0.8, 0.8)}, rng.uniform(0.06, 0.12)});
   std::vector<SE2> path;
   for (double x = 0; x < 20; x += 0.5) path.emplace_back(x, 0, 0);
   for (double x = 20; x > 0; x -= 0.5) path.emplace_back(x, 0.3, std::numbers::pi);
