@@ -34,8 +34,8 @@ class Browser:
             os.dup2(104, 4)
 
         self.process = subprocess.Popen([program or find_browser(), f"--user-data-dir={self.profile}", *FLAGS],
-                                        preexec_fn=give_pipes, close_fds=False, stdout=subprocess.DEVNULL,
-                                        stderr=subprocess.DEVNULL)
+                                        preexec_fn=give_pipes, close_fds=False, env={**os.environ, "TMPDIR": self.profile},
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_browser)
         os.close(from_browser)
         self.pending, self.number, self.session = b"", 0, None

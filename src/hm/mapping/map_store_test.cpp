@@ -259,10 +259,10 @@ TEST(MapStoreDeathTest, LoadingWithoutMemoryIsAnError) {
         test::limit_memory_to_what_is_there_and(4u << 20u);
         const auto loaded = load_grid(saver.file());
         if (!loaded) std::fputs(to_string(loaded.error()).c_str(), stderr);
+        std::filesystem::remove(path);
         std::_Exit(saved && !loaded && loaded.error().code == ErrorCode::kOutOfMemory ? 0 : 1);
       },
       testing::ExitedWithCode(0), "out of memory");
-  std::filesystem::remove(path);
 }
 
 /// The save is dropped, with an error in this and all later calls; the file is unchanged.
@@ -281,11 +281,11 @@ TEST(MapStoreDeathTest, SavingWithoutMemoryIsAnError) {
         const auto saved = saver.save(grid, header_for(grid));
         const auto again = saver.save(grid, header_for(grid));
         if (!saved) std::fputs(to_string(saved.error()).c_str(), stderr);
+        std::filesystem::remove(path);
         std::_Exit(!saved && !again && saved.error().code == ErrorCode::kOutOfMemory && !saver.saving() ? 0
                                                                                                         : 1);
       },
       testing::ExitedWithCode(0), "out of memory");
-  std::filesystem::remove(path);
 }
 
 TEST(MapStore, GoesOnWithAFileThatWasMoved) {
