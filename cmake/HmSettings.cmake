@@ -13,9 +13,7 @@ if(NOT DEFINED HM_CCACHE)
   find_program(HM_CCACHE ccache)
 endif()
 if(HM_CCACHE AND PROJECT_IS_TOP_LEVEL)
-  # Paths are relative to the sources, so that every clone shares one cache; precompiled headers need the sloppiness.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
-      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${HM_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${PROJECT_SOURCE_DIR}/cmake/compile_cached.sh ${PROJECT_SOURCE_DIR} ${HM_CCACHE})
 endif()
 
 add_library(hm_settings INTERFACE)
