@@ -335,7 +335,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "vo_tum_rpy": ["odometry"], "vo_depth_only": ["odometry"], "vo_people": ["odometry"], "vo_rolling": ["odometry"], "slam_recordings": ["odometry", "slam", "tsdf", "pipeline/rgbd"],
          "slam_continue": ["odometry", "slam", "mapping", "pipeline/rgbd"],
          "vo_hour": ["odometry"], "vio_tango": ["odometry", "sim/recording", "sim/sensor"], "vo_vs_opencv": ["odometry"],
-         "places": ["slam/places", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],
+         "places": ["slam/place_recognition", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],
          "slam_house": ["odometry", "slam", "tsdf", "mesh", "mapping"],
          "slam_house_real": ["odometry", "slam", "tsdf", "mesh", "mapping", "pipeline/rgbd", "sim/recording", "sim/sensor"],
          "slam_biased": ["odometry", "slam", "mapping", "pipeline/rgbd", "pipeline/checks", "sim/recording", "sim/sensor"],

@@ -9,7 +9,7 @@
 #include "hm/io/image/image_file.hpp"
 #include "hm/odometry/feature/feature_detection.hpp"
 #include "hm/sim/recording/simulation.hpp"
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 #include "hm/slam/rgbd/rgbd_loop_closer.hpp"
 #include "measurement.hpp"
 

@@ -25,7 +25,8 @@ FAKES = {
              'echo "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" > build/release/CMakeCache.txt\n'
              'for word in "$@"; do case "$word" in -D*=*) word="${word#-D}"\n'
              'echo "${word%%=*}:STRING=${word#*=}" >> build/release/CMakeCache.txt;; esac; done',
-    "ninja": 'echo "ninja $*" >> "$STATE/log"; echo "[1/2] Building a"\n'
+    "ninja": 'case "$*" in *" -t targets "*) printf "a.o: CXX_COMPILER__hm_a\\nlibhm_a.a: CXX_STATIC_LIBRARY_LINKER\\n"; exit;; esac\n'
+             'echo "ninja $*" >> "$STATE/log"; echo "[1/2] Building a"\n'
              'if [ -e "$STATE/build_fails" ]; then echo "FAILED: a.o"; echo "a.cpp:1: error: oh"; exit 1; fi\n'
              'echo "[2/2] Linking"; mkdir -p "$2/bin"\n'
              'printf \'#!/bin/bash\\necho "program: $*"\\n\' > "$2/bin/hm"; chmod +x "$2/bin/hm"',
@@ -157,6 +158,14 @@ class Bootstrap(Clone):
         (self.state / "tests_fail").touch()
         self.hm("test", "--tsan", expect=1)
         self.assertRegex(self.log(), r"ninja -C \S*tsan .*hm_threads_test")
+
+    def test_files_are_compiled_alone_but_not_linked(self):
+        result = self.hm("test", "--alone")
+        self.assertRegex(self.log(), r"cmake --preset alone\n")
+        self.assertRegex(self.log(), r"ninja -C \S*alone -j \d+ -k 0 a\.o\n")
+        self.assertIn("1 files compile by themselves", result.stderr)
+        self.assertNotIn("ctest", self.log())
+        self.assertIn("--alone takes no arguments", self.hm("test", "--alone", "-R", "io", expect=1).stderr)
 
     def test_packages_are_made_of_the_whole_program(self):
         result = self.hm("package")

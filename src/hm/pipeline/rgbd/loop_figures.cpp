@@ -8,7 +8,7 @@
 #include "hm/core/angle.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/report/render/canvas.hpp"
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 
 namespace hm {
 namespace {

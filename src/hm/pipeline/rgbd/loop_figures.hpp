@@ -6,7 +6,7 @@
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/report/html_report.hpp"
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 
 namespace hm {
 

@@ -21,7 +21,7 @@
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
 #include "hm/report/map_figures.hpp"
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 
 namespace hm {
 namespace {

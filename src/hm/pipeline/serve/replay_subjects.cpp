@@ -134,7 +134,6 @@ class ReplayOfLaser : public ReplaySubject {
   ReplayOfLaser(const LaserRecording& recording, const LaserRunParameters& parameters, const RunContext& run)
       : recording_(recording), parameters_(parameters), run_(run) {
     begin();
-    events_.emplace(recording_, *pipeline_, parameters_.laser.run);
   }
   [[nodiscard]] std::size_t count() const override { return events_->all().size(); }
   [[nodiscard]] Time stamp(std::size_t moment) const override { return events_->all()[moment].due; }
@@ -156,7 +155,8 @@ class ReplayOfLaser : public ReplaySubject {
  private:
   void begin() {
     pipeline_.emplace(parameters_.laser, laser_platform(recording_));
-    view_.emplace(*run_.view, recording_, parameters_.laser.run);
+    if (!events_) events_.emplace(recording_, *pipeline_, parameters_.laser.run);
+    view_.emplace(*run_.view, recording_, events_->scan_count(), parameters_.laser.run);
     path_.clear();
   }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "hm/core/statistics.hpp"
-#include "hm/slam/places/place_registration.hpp"
+#include "hm/slam/place_recognition/place_registration.hpp"
 
 namespace hm {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
-#include "hm/slam/places/place_params.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 namespace hm {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
-#include "hm/slam/places/place_search.hpp"
+#include "hm/slam/place_recognition/place_search.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/covisibility_matches.hpp"

@@ -7,7 +7,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 #include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/keyframe_surfaces.hpp"

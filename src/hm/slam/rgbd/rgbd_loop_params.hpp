@@ -1,6 +1,6 @@
 #pragma once
 #include "hm/core/params.hpp"
-#include "hm/slam/places/place_params.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
 #include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace hm {

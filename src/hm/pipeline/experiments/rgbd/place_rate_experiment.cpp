@@ -3,7 +3,7 @@
 #include "hm/odometry/feature/feature_detection.hpp"
 #include "hm/pipeline/experiments/common/experiment_frames.hpp"
 #include "hm/report/mesh_figures.hpp"
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 
 namespace hm {
 namespace {

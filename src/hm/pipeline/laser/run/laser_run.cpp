@@ -134,7 +134,8 @@ class Run {
         counts_(recording_.truth),
         tables_(folder.staging()),
         mapped_(folder.staging()) {
-    if (options.run.view) view_.emplace(*options.run.view, recording_, options.parameters.laser.run);
+    if (options.run.view)
+      view_.emplace(*options.run.view, recording_, events_.scan_count(), options.parameters.laser.run);
   }
 
   [[nodiscard]] bool matches_scans() const { return pipeline_.matches_scans(); }

@@ -80,9 +80,7 @@ void LaserRunView::show(const LaserStep& step, const LaserPipeline& pipeline, co
     T_map_odom_ = T_map_odom;
     show_path(pipeline.map_frame().corrected(T_odom_base));
   }
-  std::size_t total = 0;
-  for (const LaserStream& laser : recording_.lasers) total += laser.scans.size();
-  LiveNumbers numbers{"laser", scans_, total, {}, {}, {}};
+  LiveNumbers numbers{"laser", scans_, scans_total_, {}, {}, {}};
   numbers.stages_ms = {{"project", step.project_ms},
                        {"match", step.match_ms},
                        {"loops", step.map_frame.ms},

@@ -20,9 +20,10 @@ void show_grid(LiveView& view, const MultiVolumeGrid& map, const SE2& T_map_grid
 /// Shows a run of run_laser() while it goes on.
 class LaserRunView {
  public:
-  /// All must outlive it.
-  LaserRunView(LiveView& view, const LaserRecording& recording, const LaserRunParams& params)
-      : view_(view), recording_(recording), params_(params) {}
+  /// `scans_total`: that the run will process. All others must outlive it.
+  LaserRunView(LiveView& view, const LaserRecording& recording, std::size_t scans_total,
+               const LaserRunParams& params)
+      : view_(view), recording_(recording), params_(params), scans_total_(scans_total) {}
 
   /// A scan that was processed, the map, and the path so far after a correction.
   void show(const LaserStep& step, const LaserPipeline& pipeline, const Trajectory& T_odom_base);
@@ -37,7 +38,7 @@ class LaserRunView {
   const LaserRecording& recording_;
   const LaserRunParams& params_;
   SE2 T_map_odom_;  ///< of the path that is shown
-  std::size_t scans_ = 0, scans_without_pose_ = 0, keyframes_ = 0;
+  std::size_t scans_total_, scans_ = 0, scans_without_pose_ = 0, keyframes_ = 0;
 };
 
 }  // namespace hm

@@ -1,4 +1,4 @@
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "hm/geometry/solvers/small_solvers.hpp"
-#include "hm/slam/places/hamming_rows.hpp"
+#include "hm/slam/place_recognition/hamming_rows.hpp"
 
 namespace hm {
 namespace {

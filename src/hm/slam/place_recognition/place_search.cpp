@@ -1,4 +1,4 @@
-#include "hm/slam/places/place_search.hpp"
+#include "hm/slam/place_recognition/place_search.hpp"
 
 #include <algorithm>
 #include <tuple>

@@ -1,4 +1,4 @@
-#include "hm/slam/places/place_registration.hpp"
+#include "hm/slam/place_recognition/place_registration.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/places/descriptor_index.hpp"
-#include "hm/slam/places/place_params.hpp"
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/descriptor_index.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 
 namespace hm {
 

@@ -6,8 +6,8 @@
 
 #include "hm/geometry/image.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/places/place_params.hpp"
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 
 namespace hm {
 

@@ -1,11 +1,11 @@
-#include "hm/slam/places/place_search.hpp"
+#include "hm/slam/place_recognition/place_search.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numeric>
 
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 #include "hm/slam/rgbd/testing/landmark_world.hpp"
 
 namespace hm {

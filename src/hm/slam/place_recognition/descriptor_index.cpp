@@ -1,4 +1,4 @@
-#include "hm/slam/places/descriptor_index.hpp"
+#include "hm/slam/place_recognition/descriptor_index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/rng.hpp"
-#include "hm/slam/places/hamming_rows.hpp"
+#include "hm/slam/place_recognition/hamming_rows.hpp"
 
 namespace hm {
 namespace {

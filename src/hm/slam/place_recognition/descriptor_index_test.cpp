@@ -1,4 +1,4 @@
-#include "hm/slam/places/descriptor_index.hpp"
+#include "hm/slam/place_recognition/descriptor_index.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hm/odometry/feature/feature.hpp"
-#include "hm/slam/places/place_params.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
 
 namespace hm {
 

@@ -1,4 +1,4 @@
-#include "hm/slam/places/hamming_rows.hpp"
+#include "hm/slam/place_recognition/hamming_rows.hpp"
 
 #include "hm/core/check.hpp"
 #include "hm/odometry/feature/with_popcount.hpp"

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/places/place_params.hpp"
-#include "hm/slam/places/place_registration.hpp"
+#include "hm/slam/place_recognition/place_params.hpp"
+#include "hm/slam/place_recognition/place_registration.hpp"
 
 namespace hm {
 

@@ -1,10 +1,10 @@
-#include "hm/slam/places/place_experiment.hpp"
+#include "hm/slam/place_recognition/place_experiment.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <ctime>
 
-#include "hm/slam/places/place_search.hpp"
+#include "hm/slam/place_recognition/place_search.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/place_recognition/place_verifier.hpp"
 
 #include <gtest/gtest.h>
 
