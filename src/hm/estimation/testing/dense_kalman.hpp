@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace hm {
 
@@ -8,42 +8,15 @@ struct DenseKalman {
   Eigen::VectorXd x;
   Eigen::MatrixXd p;
 
-  void predict(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const Eigen::MatrixXd& q) {
-    x = a * x + input;
-    p = a * p * a.transpose() + q;
-  }
-  void correct(const Eigen::MatrixXd& h, const Eigen::VectorXd& residual, const Eigen::MatrixXd& r) {
-    const Eigen::MatrixXd gain = p * h.transpose() * (h * p * h.transpose() + r).inverse();
-    x += gain * residual;
-    const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(x.size(), x.size()) - gain * h;
-    p = rest * p * rest.transpose() + gain * r * gain.transpose();
-  }
+  void predict(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const Eigen::MatrixXd& q);
+  void correct(const Eigen::MatrixXd& h, const Eigen::VectorXd& residual, const Eigen::MatrixXd& r);
 };
-
-/// Matrix exponential by its series with scaling and squaring.
-inline Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& m) {
-  const Eigen::MatrixXd small = m / 1024;
-  Eigen::MatrixXd term = Eigen::MatrixXd::Identity(m.rows(), m.cols()), sum = term;
-  for (int i = 1; i < 20; ++i) {
-    term = term * small / i;
-    sum += term;
-  }
-  for (int i = 0; i < 10; ++i) sum = (sum * sum).eval();
-  return sum;
-}
 
 struct DiscreteModel {
   Eigen::MatrixXd a, q;
 };
 
 /// Discretises x' = F x + noise of spectral density `density` over dt_s (Van Loan 1978).
-inline DiscreteModel van_loan(const Eigen::MatrixXd& f, const Eigen::MatrixXd& density, double dt_s) {
-  const Eigen::Index n = f.rows();
-  Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);
-  block << -f, density, Eigen::MatrixXd::Zero(n, n), f.transpose();
-  const Eigen::MatrixXd e = matrix_exponential(block * dt_s);
-  const Eigen::MatrixXd a = e.bottomRightCorner(n, n).transpose();
-  return {a, a * e.topRightCorner(n, n)};
-}
+DiscreteModel van_loan(const Eigen::MatrixXd& f, const Eigen::MatrixXd& density, double dt_s);
 
 }  // namespace hm
