@@ -10,6 +10,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/odometry/feature/corner_detection.hpp"
+#include "hm/odometry/feature/image_pyramid.hpp"
 
 namespace hm {
 
@@ -18,6 +19,8 @@ namespace {
 constexpr double kLevelScale = 1.2;
 constexpr int kOrientationRadius_px = 15;
 constexpr int kMinSize_px = 64;
+constexpr double kFewShare = 0.4;  ///< of the wanted corners: with fewer, coarser images are searched, too
+constexpr int kCoarsestLevel = 2;
 
 cv::Mat view_of(const Image<std::uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
@@ -180,7 +183,28 @@ struct FeatureDetector::Impl {
       const int wanted = level_share(params.max_features, level, params.levels);
       for (const Corner& c : grid_corners(image, wanted, params)) add(c, image, level, features);
     }
+    if (is_few(features)) add_coarse(gray, features);
     return features;
+  }
+
+  [[nodiscard]] bool is_few(const FeatureSet& features) const {
+    return static_cast<double>(features.size()) < kFewShare * params.max_features;
+  }
+
+  /// Corners that only images of half and quarter size show above the noise, whose variance falls to a
+  /// quarter with each while the score of a smooth texture rises fourfold.
+  void add_coarse(const Image<std::uint8_t>& gray, FeatureSet& features) const {
+    const ImagePyramid pyramid(gray, kCoarsestLevel + 1);
+    for (int level = 1; level <= kCoarsestLevel && is_few(features); ++level) {
+      const double distance_px = params.min_distance_px * (1 << level);
+      const FeatureSet finer = features;
+      for (Corner corner : grid_corners(pyramid.level(level), params.max_features, params)) {
+        corner.pixel = pixel_from_level(corner.pixel, level);
+        const bool is_near = std::ranges::any_of(
+            finer, [&](const Feature& f) { return (f.pixel - corner.pixel).norm() < distance_px; });
+        if (!is_near) add(corner, gray, 0, features);
+      }
+    }
   }
 
   /// OpenCV's ORB drops keypoints near the border and sorts the rest by level: their class_id leads back.

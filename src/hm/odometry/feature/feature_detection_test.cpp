@@ -223,6 +223,30 @@ TEST(FeatureDetector, StripesUnderNoiseHaveHardlyAny) {
   EXPECT_GT(detect(noisy, constant_depth(640, 480, 2000)).size(), 450U);
 }
 
+/// Brightness between the corners of squares of 24 pixels, under noise of eight grey levels.
+Image<std::uint8_t> smooth_under_noise(double contrast) {
+  constexpr double kSquare_px = 24, kNoise = 8;
+  Rng rng(1);
+  Image<std::uint8_t> gray(kCamera.width, kCamera.height);
+  const auto corner = [](double column, double row) { return square_brightness(12 * column, 12 * row); };
+  for (int v = 0; v < gray.height(); ++v)
+    for (int u = 0; u < gray.width(); ++u) {
+      const double column = std::floor(u / kSquare_px), row = std::floor(v / kSquare_px);
+      const double x = u / kSquare_px - column, y = v / kSquare_px - row;
+      const double upper = std::lerp(corner(column, row), corner(column + 1, row), x);
+      const double lower = std::lerp(corner(column, row + 1), corner(column + 1, row + 1), x);
+      const double level = 100 + contrast * (std::lerp(upper, lower, y) - 125) + rng.normal(0, kNoise);
+      gray(u, v) = static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
+    }
+  return gray;
+}
+
+/// In windows of seven pixels there is nothing but noise.
+TEST(FeatureDetector, FaintTextureUnderNoiseIsFoundInCoarserImages) {
+  EXPECT_GT(detect(smooth_under_noise(0.35), {}).size(), 60U);
+  EXPECT_LT(detect(smooth_under_noise(0), {}).size(), 5U);
+}
+
 TEST(FeatureDetector, ShiTomasiLooksOnlyWhereThereIsDepth) {
   FeatureParams params;
   params.detector = CornerDetector::kShiTomasi;

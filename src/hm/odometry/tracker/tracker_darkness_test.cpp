@@ -122,6 +122,25 @@ TEST(Tracker, FollowsThroughAPictureThatShowsCoarseThingsOnly) {
   }
 }
 
+/// Surfaces alone leave the way along the wall free.
+TEST(Tracker, FollowsFaintTextureUnderNoiseAlongAWall) {
+  constexpr int kFrames = 60;
+  TexturedRoom room;
+  room.half_size_m = {8, 6, 1.8};
+  room.contrast = 0.2;
+  const auto odometry = make_tracker({}, room_camera());
+  for (int i = 0; i < kFrames; ++i) {
+    Rng rng(static_cast<std::uint64_t>(i) + 1);
+    const SE3 T(Mat3::Identity(), Vec3(0.01 * i, 0.1 * std::sin(0.1 * i), 0));
+    RgbdFrame frame = render_room(room, room_camera(), T, Time::from_seconds(1 + i * kDarkPeriod_s),
+                                  {true, 8, DepthNoise{}}, &rng);
+    frame.index = static_cast<std::size_t>(i);
+    const TrackedFrame tracked = odometry->track(frame);
+    EXPECT_FALSE(tracked.numbers.by_depth) << i;
+    EXPECT_LT(error_of_walk_m(tracked, frame, {}), 0.006) << i;
+  }
+}
+
 /// Without any colour the trajectory begins with the first depth image; the first picture does not begin
 /// another.
 TEST(Tracker, BeginsWithoutColour) {
