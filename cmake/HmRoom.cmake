@@ -100,6 +100,7 @@ function(hm_make_room NAME)
   if(solvers)
     set(lines 200)
   endif()
+  hm_optimise_kernels(${sources})
   hm_unity(units ${unit_name} ${lines} ${sources})
   hm_text_resources(texts ${NAME})
   add_library(${target} STATIC ${units} ${texts})
@@ -112,6 +113,19 @@ function(hm_make_room NAME)
   target_compile_definitions(${target} PRIVATE ${with})
   target_link_libraries(${target} PUBLIC ${use_libraries} ${link}
                         PRIVATE ${private} $<BUILD_INTERFACE:hm_settings> Threads::Threads)
+endfunction()
+
+# Highway's kernels in debug builds: some intrinsics of AVX-512 take constants that g++ knows only where it optimises.
+function(hm_optimise_kernels)  # SOURCES...
+  if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+    return()
+  endif()
+  foreach(source ${ARGN})
+    file(STRINGS ${source} kernel REGEX "foreach_target.h")
+    if(kernel)
+      set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
+    endif()
+  endforeach()
 endfunction()
 
 # The test program of a room and of its sub-rooms.
