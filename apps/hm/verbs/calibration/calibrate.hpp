@@ -28,7 +28,7 @@ hm::ResultFolderRequest result_folder_of(const CalibrateFlags& flags, const std:
 
 /// Options that every word has: -o, --overwrite, and --calibration (the start) where `start` says so.
 enum class CalibrationStart { kNone, kOptional, kRequired };
-void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
+void add_calibrate_output(Command command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start);
 
 /// `hm calibrate depth` and `noise` (calibrate_depth.cpp).
