@@ -7,6 +7,7 @@
 #include <numbers>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <span>
 
 #include "hm/core/check.hpp"
 #include "hm/odometry/feature/corner_detection.hpp"
@@ -197,11 +198,12 @@ struct FeatureDetector::Impl {
     const ImagePyramid pyramid(gray, kCoarsestLevel + 1);
     for (int level = 1; level <= kCoarsestLevel && is_few(features); ++level) {
       const double distance_px = params.min_distance_px * (1 << level);
-      const FeatureSet finer = features;
+      const std::size_t finer = features.size();
       for (Corner corner : grid_corners(pyramid.level(level), params.max_features, params)) {
         corner.pixel = pixel_from_level(corner.pixel, level);
-        const bool is_near = std::ranges::any_of(
-            finer, [&](const Feature& f) { return (f.pixel - corner.pixel).norm() < distance_px; });
+        const bool is_near = std::ranges::any_of(std::span(features).first(finer), [&](const Feature& f) {
+          return (f.pixel - corner.pixel).norm() < distance_px;
+        });
         if (!is_near) add(corner, gray, 0, features);
       }
     }

@@ -35,6 +35,7 @@ class FeatureDetector {
   FeatureDetector& operator=(FeatureDetector&&) noexcept;
 
   /// Detects the features of a frame, strongest of each cell first, with descriptor and orientation;
+  /// then, where these are few, those that only images of half and quarter size show above the noise;
   /// `has_depth` marks those with a 3D position. `depth` must be empty or have the image's size. May return
   /// fewer than max_features, or none; none for images smaller than 64 pixels in a direction.
   [[nodiscard]] FeatureSet detect(const Image<std::uint8_t>& gray, const DepthImage& depth);
