@@ -2,7 +2,7 @@
 #include "program.hpp"
 
 int main(int argc, char** argv) {
-  hm::return_large_blocks();
+  hm::keep_freed_memory();
   Program program;
   program.add_registered_verbs();
   return program.run(argc, argv);

@@ -27,9 +27,10 @@ void trim_memory() {
 #endif
 }
 
-void return_large_blocks() {
+void keep_freed_memory() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 2 << 20);  // otherwise it grows up to 32 MB
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest value that glibc takes
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);  // otherwise 128 kB, once the threshold above is given
 #endif
 }
 
