@@ -22,7 +22,7 @@ constexpr std::uint8_t kAllLayers = 0x3f;
 
 /// Reason why a frame is unusable regardless of its depth, or empty.
 std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
-  if (!frame.T_world_camera) return "no pose";
+  if (!frame.T_world_camera) return std::string(kNoPose);
   if (!frame.T_world_camera->matrix().allFinite()) return "its pose is not finite";
   if (!is_rigid(*frame.T_world_camera)) return "its pose is not a rigid motion";
   if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
@@ -18,6 +19,9 @@ class IncrementalMesher;
 class MeshObserver;
 class ParallelLoop;
 class VolumeGrid;
+
+/// Reason why a frame without a pose is not in the map.
+inline constexpr std::string_view kNoPose = "no pose";
 
 /// Result of processing one frame.
 struct FrameOutcome {

@@ -1,6 +1,19 @@
 #include "hm/io/bytes/skip_counter.hpp"
 
+#include <numeric>
+
 namespace hm::detail {
+
+std::vector<std::size_t> order_by_time(std::span<const Time> stamps) {
+  constexpr std::size_t kMostSetBacks = 3, kMostSetBacksOf = 50;  // at most three, or one in 50
+  std::size_t set_back = 0;
+  for (std::size_t i = 1; i < stamps.size(); ++i) set_back += stamps[i] < stamps[i - 1] ? 1 : 0;
+  std::vector<std::size_t> order(stamps.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (set_back > std::max(kMostSetBacks, stamps.size() / kMostSetBacksOf))
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return stamps[i]; });
+  return order;
+}
 
 std::vector<std::size_t> longest_increasing(std::span<const Time> stamps) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);

@@ -48,22 +48,26 @@ class SkipCounter {
 /// possible.
 std::vector<std::size_t> longest_increasing(std::span<const Time> stamps);
 
-/// Keeps the items with increasing stamps; the others are counted in `skips` with their line number.
+/// Indices in which items are taken: as they are, or sorted by stamp where time runs back so often that the
+/// order is none of time (as of a folder's listing) and not that of a clock that was set back.
+std::vector<std::size_t> order_by_time(std::span<const Time> stamps);
+
+/// Keeps the items with increasing stamps, in order_by_time(); the others are counted in `skips` with their
+/// line number.
 template <class Item, class StampOf>
 std::vector<Item> keep_increasing(std::vector<Item> items, const std::vector<std::size_t>& line_numbers,
                                   const StampOf& stamp_of, SkipCounter& skips) {
   std::vector<Time> stamps;
   for (const Item& item : items) stamps.push_back(stamp_of(item));
+  const std::vector<std::size_t> order = order_by_time(stamps);
+  std::ranges::transform(order, stamps.begin(), [&](std::size_t i) { return stamp_of(items[i]); });
   const std::vector<std::size_t> kept = longest_increasing(stamps);
   std::vector<Item> result;
-  std::size_t next = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
-    if (next < kept.size() && kept[next] == i) {
-      result.push_back(std::move(items[i]));
-      ++next;
-    } else {
-      skips.add(SkippedLines::Reason::kStampNotIncreasing, line_numbers[i]);
-    }
+    if (result.size() < kept.size() && kept[result.size()] == i)
+      result.push_back(std::move(items[order[i]]));
+    else
+      skips.add(SkippedLines::Reason::kStampNotIncreasing, line_numbers[order[i]]);
   }
   return result;
 }

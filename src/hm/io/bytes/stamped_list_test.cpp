@@ -122,6 +122,24 @@ TEST_F(ListFile, BackwardAndRepeatedStampsAreLeftOutAndCounted) {
             "3 lines of list.txt left out: stamps that run backwards or repeat (first: list.txt:4)");
 }
 
+/// A list that was written in the order of a folder's listing once kept 12 of 101 frames.
+TEST_F(ListFile, ImagesInNoOrderOfTimeAreSorted) {
+  std::string text;
+  for (int i = 0; i < 100; ++i) {
+    const int frame = 37 * i % 100;
+    text += fmt::format("{}.5 {}.png\n", frame, frame);
+  }
+  const auto list = read_image_list(write(text + "37.5 again.png\n"));
+  ASSERT_TRUE(list) << to_string(list.error());
+  ASSERT_EQ(list->images.size(), 100U);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(list->images[static_cast<std::size_t>(i)].path, fmt::format("{}.png", i));
+    EXPECT_EQ(list->images[static_cast<std::size_t>(i)].stamp, Time::from_seconds(i + 0.5));
+  }
+  ASSERT_EQ(list->skipped.size(), 1U);
+  EXPECT_EQ(list->skipped[0].first_line, 101U);
+}
+
 TEST_F(ListFile, AMalformedLineNamesItsPlace) {
   for (const auto& [text, number] : std::vector<std::pair<std::string, int>>{
            {"# c\n1.0 a.png\nx b.png\n", 3}, {"1.0\n", 1}, {"1.0 a\n\nnan b\n", 3}}) {

@@ -424,6 +424,9 @@ Result<ReconstructionSummary> Run::finish() {
   if (!saved) return forward_error(saved);
   summarise();
   judge_depth_visits(*recording_, summary_.trajectory, options_.run, summary_.verdict);
+  const auto without_pose = std::ranges::count(state_.skipped, kNoPose, &SkippedFrame::reason);
+  judge_missing_poses(static_cast<std::size_t>(without_pose),
+                      state_.frames_integrated + state_.skipped.size(), "frames", summary_.verdict);
   if (options_.run.view) options_.run.view->on_end(summary_.verdict);
   saver_.reset();
   std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};

@@ -1,5 +1,6 @@
 #include "hm/pipeline/laser/laser_motion.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hm {
@@ -7,7 +8,8 @@ namespace {
 
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
 constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
-constexpr std::size_t kOdometryKept = 4096;
+constexpr std::size_t kOdometryKept = 4096, kJumpsKept = 64;
+constexpr double kJump_m = 1, kJump_m_s = 5;
 /// Odometry that is read less often tells nothing of tenths of a second.
 constexpr double kFrequent_s = 0.25;
 
@@ -19,6 +21,11 @@ double yaw_rate(const Vec3& angular_velocity_base, double roll, double pitch) {
 }
 
 }  // namespace
+
+bool jumps(const StampedPose& from, const StampedPose& to) {
+  const double way_m = (to.T_world_base.translation() - from.T_world_base.translation()).norm();
+  return !(way_m < kJump_m) && !(way_m < kJump_m_s * (to.stamp - from.stamp).seconds());
+}
 
 LaserMotion::LaserMotion(const StateEstimatorParams& params, const SE3& T_base_imu, Duration max_odometry_gap)
     : estimator_(params, T_base_imu),
@@ -51,7 +58,16 @@ void LaserMotion::add_odometry(const StampedPose& T_odom_base) {
   if (!is_rigid(T_odom_base.T_world_base)) return;
   if (odometry_.size() >= 2 * kOdometryKept)
     odometry_.erase(odometry_.begin(), odometry_.end() - static_cast<std::ptrdiff_t>(kOdometryKept));
+  if (!odometry_.empty() && jumps(odometry_.back(), T_odom_base)) {
+    if (jumps_.size() >= kJumpsKept) jumps_.pop_front();
+    jumps_.emplace_back(odometry_.back().stamp, T_odom_base.stamp);
+  }
   odometry_.push_back(T_odom_base);
+}
+
+bool LaserMotion::odometry_jumped(Time begin, Time end) const {
+  return std::any_of(jumps_.begin(), jumps_.end(),
+                     [&](const auto& jump) { return jump.second > begin && jump.first < end; });
 }
 
 bool LaserMotion::odometry_reaches(Time stamp) const {
@@ -80,6 +96,7 @@ MotionPrediction LaserMotion::since_last(Time now) const {
   // With the delay as it is known by now; after a long gap only the pose of then is kept.
   auto last = last_ ? odometry_at(*last_) : std::nullopt;
   if (!last) last = last_odometry_;
+  if (last_ && odometry_jumped(*last_ - delay_.delay(), now - delay_.delay())) return prediction;
   if (const auto odometry = odometry_at(now); odometry && last)
     prediction.T_last_now = SE2::from_se3(*last).inverse() * SE2::from_se3(*odometry);
   return prediction;

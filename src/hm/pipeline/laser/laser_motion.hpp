@@ -1,5 +1,7 @@
 #pragma once
+#include <deque>
 #include <optional>
+#include <utility>
 
 #include "hm/estimation/vehicle_estimator.hpp"
 #include "hm/geometry/trajectory.hpp"
@@ -9,6 +11,10 @@
 #include "hm/laser/odometry/wheel_delay.hpp"
 
 namespace hm {
+
+/// Whether odometry jumps from one reading to the next, further than a vehicle in a building moves: it was
+/// reset, or one reading is wrong.
+bool jumps(const StampedPose& from, const StampedPose& to);
 
 /// The vehicle's motion around a scan, from IMU and odometry of a recording.
 class LaserMotion {
@@ -32,7 +38,7 @@ class LaserMotion {
   [[nodiscard]] std::optional<SE3> odometry_at(Time stamp) const;
   [[nodiscard]] Duration odometry_delay() const { return delay_.delay(); }
 
-  /// The motion since the last remember().
+  /// The motion since the last remember(); without that of the odometry where it jumped since.
   [[nodiscard]] MotionPrediction since_last(Time now) const;
   /// Takes note of a scan and, where it was matched for certain, of its heading: the delay of the odometry is
   /// learned from these.
@@ -42,6 +48,7 @@ class LaserMotion {
 
  private:
   [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
+  [[nodiscard]] bool odometry_jumped(Time begin, Time end) const;
 
   StateEstimator estimator_;
   SE3 T_base_imu_;
@@ -51,6 +58,8 @@ class LaserMotion {
   Time newest_imu_;
   double yaw_rad_ = 0;  // of the gyroscope alone: continuous, whatever the fusion corrects
   Trajectory odometry_;
+  /// Stamps of the readings before and after the last jumps.
+  std::deque<std::pair<Time, Time>> jumps_;
   std::optional<Mat3> last_attitude_;
   std::optional<SE3> last_odometry_;
   std::optional<Time> last_;

@@ -135,6 +135,31 @@ TEST(LaserPipeline, LearnsHowLateScansAreStamped) {
   }
 }
 
+/// One wrong reading once moved the whole path after it by twice its error: `corrected()` turns the way back.
+TEST(LaserPipeline, DoesWithoutOdometryWhereItJumps) {
+  struct Case {
+    double shift_m;
+    int first, last;
+  };
+  for (const Case& fault : {Case{50, 200, 200}, Case{1e200, 200, 200}, Case{5, 200, 500}}) {
+    const Flight flight;
+    LaserPipeline pipeline({}, platform(false, true));
+    for (int i = 0; i < 500; ++i) {
+      const Time now = Time::from_seconds(1 + 0.04 * i);
+      StampedPose reading{now, flight.T_world_base(now)};
+      if (i >= fault.first && i <= fault.last)
+        reading.T_world_base = SE3(Mat3::Identity(), Vec3(fault.shift_m, 0, 0)) * reading.T_world_base;
+      pipeline.add_odometry(reading);
+      if (i % 2 == 0) pipeline.add_scan(flight.scan(now));
+    }
+    pipeline.finish();
+    const auto steps = pipeline.take_steps();
+    ASSERT_EQ(steps.size(), 250U);
+    for (const LaserStep& step : steps) ASSERT_EQ(step.status, LaserScanStatus::kPosed) << step.reason;
+    EXPECT_LT(worst_position_error_m(flight, steps), 0.02) << fault.shift_m;
+  }
+}
+
 TEST(LaserPipeline, TiltIsTakenFromTheImuBeamByBeam) {
   Flight flight;
   flight.tilt_rad = 0.2;
