@@ -10,9 +10,9 @@ std::size_t peak_resident_bytes();
 /// Returns freed memory to the system. The allocator retains freed small blocks, which after a large map can
 /// exceed the memory that the next stage needs.
 void trim_memory();
-/// Configures the allocator to keep up to 64 MB of freed memory, from which the next frame's images and the next
-/// mesh page are taken: fresh pages of the system cost a fault and a clearing for every 4 kB. Blocks over 32 MB and
-/// what is freed beyond that go back at once. Call once at program start.
+/// Configures the allocator to keep up to 64 MB of freed memory, from which the next frame's images and the
+/// next mesh page are taken: fresh pages of the system cost a fault and a clearing for every 4 kB. Blocks
+/// over 32 MB and what is freed beyond that go back at once. Call once at program start.
 void keep_freed_memory();
 
 }  // namespace hm
