@@ -1,5 +1,6 @@
 #include "flags/recording_flags.hpp"
 
+#include "hm/io/camera/camera_file.hpp"
 #include "program.hpp"
 
 void RecordingFlags::add_to(Command command) {
@@ -21,7 +22,9 @@ void RecordingFlags::add_images_to(Command command, const std::string& group, co
       .expected(4)
       .group(group);
   command
-      .add_option("--size", size_px, "width and height of the images, with --intrinsics (default: 640 480)")
+      .add_option("--size", size_px,
+                  "width and height of the images, with --intrinsics (default: " +
+                      std::string(source == "folder" ? "those of the depth images)" : "640 480)"))
       .expected(2)
       .group(group);
   command
@@ -41,14 +44,19 @@ hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
   if (kind == "7scenes") options.kind = hm::RecordingKind::kSevenScenes;
   if (kind == "icl") options.kind = hm::RecordingKind::kIclNuim;
   options.calibration = calibration;
-  if (depth_units_per_m > 0) options.depth_units_per_m = depth_units_per_m;
+  if (depth_units_per_m > 0) {
+    if (const auto checked = hm::check_given_depth_scale(depth_units_per_m); !checked)
+      return hm::forward_error(checked);
+    options.depth_units_per_m = depth_units_per_m;
+  }
   if (intrinsics.size() == 4) {
     hm::PinholeCamera camera;
-    camera.width = size_px.size() == 2 ? size_px[0] : 640;
-    camera.height = size_px.size() == 2 ? size_px[1] : 480;
+    if (size_px.size() == 2) camera.width = size_px[0], camera.height = size_px[1];
     camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2],
     camera.cy = intrinsics[3];
-    if (const auto checked = hm::check_camera(camera); !checked)
+    hm::PinholeCamera sized = camera;
+    if (size_px.empty()) sized.width = sized.height = 1;
+    if (const auto checked = hm::check_camera(sized); !checked)
       return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
     options.camera = camera;
   } else if (!size_px.empty()) {

@@ -42,6 +42,8 @@ hm::Result<hm::CameraRequest> camera_request(const ScanFlags& flags) {
   request.camera = flags.camera;
   request.calibration = options->calibration;
   request.intrinsics = options->camera;
+  if (request.intrinsics && request.intrinsics->width == 0)
+    request.intrinsics->width = 640, request.intrinsics->height = 480;
   request.depth_units_per_m = options->depth_units_per_m;
   request.replay_speed = flags.speed;
   if (flags.unplug_s > 0) request.replay_unplug_s = flags.unplug_s;

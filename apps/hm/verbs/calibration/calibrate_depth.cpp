@@ -1,3 +1,4 @@
+#include "hm/io/camera/camera_file.hpp"
 #include "hm/pipeline/calibrate/calibration_depth.hpp"
 #include "hm/pipeline/calibrate/calibration_noise.hpp"
 #include "verbs/calibration/calibrate.hpp"
@@ -7,6 +8,8 @@ namespace {
 hm::Result<Outcome> run_depth(const CalibrateFlags& flags, Session& session) {
   const auto parameters = parameters_of(flags, session);
   if (!parameters) return hm::forward_error(parameters);
+  if (const auto checked = hm::check_given_depth_scale(flags.depth_units_per_m); !checked)
+    return hm::forward_error(checked);
   hm::DepthCalibrationOptions options;
   options.set = flags.input, options.start = flags.start;
   if (flags.is_raw_disparity) options.images = hm::DepthImages::kRawDisparity;

@@ -228,6 +228,12 @@ TEST_F(ListFile, CameraFileErrorsNameTheLine) {
   EXPECT_EQ(read_camera_file(write("fx 1\nfx 2\nfy 1\ncx 1\ncy 1\n")).error().where, line(2));
   EXPECT_EQ(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\nwidth 0\n")).error().where, line(5));
   EXPECT_EQ(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\ndepth_scale -5\n")).error().where, line(5));
+  const auto realsense = read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\ndepth_scale 0.001\n"));
+  ASSERT_FALSE(realsense);
+  EXPECT_EQ(realsense.error().where, line(5));
+  EXPECT_EQ(realsense.error().message,
+            "depth_scale 0.001 looks like metres per unit: write 1000 (units per metre)");
+  EXPECT_TRUE(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\ndepth_scale 1\nrate_hz 0.5\n")));
   EXPECT_EQ(read_camera_file(write("fx 1\ncx 1\n")).error().message, "fy, cy missing");
   EXPECT_FALSE(read_camera_file(write("fx 0\nfy 1\ncx 1\ncy 1\n")));
   EXPECT_FALSE(read_camera_file(write("")));

@@ -84,7 +84,22 @@ Result<void> check_intrinsics(PinholeCamera camera, const std::string& where) {
 
 bool is_image_size(double pixels) { return pixels >= 1 && pixels <= 32768 && pixels == std::floor(pixels); }
 
-bool is_depth_scale(double units_per_m) { return units_per_m >= 1e-3 && units_per_m <= 1e6; }
+Result<void> check_depth_scale(double units_per_m, const std::string& where, std::string_view name) {
+  constexpr double kMost = 1e6;
+  if (units_per_m >= 1 && units_per_m <= kMost) return {};
+  if (units_per_m < 1 && units_per_m * kMost >= 1)
+    return fail(ErrorCode::kInvalidValue, where,
+                "{} {} looks like metres per unit: write {:.6g} (units per metre)", name, units_per_m,
+                1 / units_per_m);
+  return fail(ErrorCode::kInvalidValue, where, "{} {} cannot be right: 1 to 1e6 units per metre", name,
+              units_per_m);
+}
+
+Result<void> check_given_depth_scale(double units_per_m) {
+  auto checked = check_depth_scale(units_per_m, "--depth-units-per-m", "the value");
+  if (!checked) checked.error().code = ErrorCode::kUsage;
+  return checked;
+}
 
 Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
   const auto text = TextFile::read(path);
@@ -103,9 +118,11 @@ Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
   for (const std::string_view key : {"width", "height"})
     if (const auto size = number(key); size && !is_image_size(*size))
       return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *size);
-  for (const std::string_view key : {"depth_scale", "rate_hz"})
-    if (const auto value = number(key); value && !is_depth_scale(*value))
-      return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *value);
+  if (const auto rate_hz = number("rate_hz"); rate_hz && !(*rate_hz >= 1e-3 && *rate_hz <= 1e6))
+    return fail(ErrorCode::kInvalidValue, where("rate_hz"), "rate_hz = {} cannot be right", *rate_hz);
+  if (const auto scale = number("depth_scale"))
+    if (auto checked = check_depth_scale(*scale, where("depth_scale"), "depth_scale"); !checked)
+      return forward_error(checked);
   PinholeCamera& c = file.camera;
   c.width = static_cast<int>(number("width").value_or(0));
   c.height = static_cast<int>(number("height").value_or(0));

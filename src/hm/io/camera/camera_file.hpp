@@ -23,10 +23,14 @@ struct CameraFile {
 /// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
-/// Limits of what a file may give: a whole size of 1 to 32768 pixels, 1e-3 to 1e6 units per
-/// metre.
+/// Limit of what a file may give: a whole size of 1 to 32768 pixels.
 bool is_image_size(double pixels);
-bool is_depth_scale(double units_per_m);
+
+/// Error unless there are 1 to 1e6 units of depth per metre; it names the reciprocal where metres per unit
+/// (as RealSense has them: 0.001) were given. `name` is what the user wrote before the number.
+Result<void> check_depth_scale(double units_per_m, const std::string& where, std::string_view name);
+/// The same for --depth-units-per-m; kUsage.
+Result<void> check_given_depth_scale(double units_per_m);
 
 /// Camera of an intrinsics matrix, row by row, 3x3 or 4x4 (fx 0 cx 0, 0 fy cy 0, 0 0 1 0, 0 0 0 1). Width and
 /// height are 0. Error, naming `where`: another size, another shape, values that no camera has.

@@ -35,9 +35,8 @@ Found camera_of(std::span<const double> matrix, const Stated& stated, const fs::
   found.camera.width = static_cast<int>(stated.width);
   found.camera.height = static_cast<int>(stated.height);
   if (stated.units_per_m == 0) return found;
-  if (!is_depth_scale(stated.units_per_m))
-    return fail(ErrorCode::kInvalidValue, path, "{} depth units per metre cannot be right",
-                stated.units_per_m);
+  if (auto checked = check_depth_scale(stated.units_per_m, path.string(), "the scale of depth"); !checked)
+    return forward_error(checked);
   found.depth_units_per_m = stated.units_per_m;
   return found;
 }
@@ -94,10 +93,12 @@ Found read_sensor_info(const fs::path& path) {
   return camera_of(*matrix, stated, path);
 }
 
+/// ScanNet's files state no scale: its depth is in millimetres.
 Found read_matrix(const fs::path& path) {
+  constexpr double kScanNetUnits_per_m = 1000;
   const auto camera = read_intrinsics_matrix(path);
   if (!camera) return forward_error(camera);
-  return ForeignCamera{*camera, {}, path};
+  return ForeignCamera{*camera, kScanNetUnits_per_m, path};
 }
 
 struct Layout {

@@ -40,7 +40,7 @@ TEST_F(ForeignCameraFile, IsReadAsEachProgramWritesIt) {
   expect_camera("intrinsic.json", R"({"width": 640, "height": 480, "depth_scale": 1000.0, )" + columns + "}",
                 1000, 640);
   expect_camera("camera_primesense.json", "{" + columns + "}", 0, 0);
-  expect_camera("intrinsic/intrinsic_depth.txt", "500 0 320.5 0\n0 510 240.5 0\n0 0 1 0\n0 0 0 1\n", 0, 0);
+  expect_camera("intrinsic/intrinsic_depth.txt", "500 0 320.5 0\n0 510 240.5 0\n0 0 1 0\n0 0 0 1\n", 1000, 0);
   expect_camera("info.txt",
                 "m_versionNumber = 4\nm_depthWidth = 640\nm_depthHeight = 480\nm_depthShift = 1000\n"
                 "m_calibrationColorIntrinsic = 9 0 9 0 0 9 9 0 0 0 1 0 0 0 0 1\n"
@@ -70,6 +70,8 @@ TEST_F(ForeignCameraFile, ThatCannotBeUsedIsNamed) {
            {"intrinsic.json", R"({"width": 40000, "intrinsic_matrix": [500, 0, 0, 0, 500, 0, 320, 240, 1]})"},
            {"intrinsic.json",
             R"({"depth_scale": 1e9, "intrinsic_matrix": [500, 0, 0, 0, 500, 0, 320, 240, 1]})"},
+           {"intrinsic.json",
+            R"({"depth_scale": 0.001, "intrinsic_matrix": [500, 0, 0, 0, 500, 0, 320, 240, 1]})"},
            {"intrinsics_depth.txt", "500 0 320\n0 510\n"},
            {"info.txt", "m_calibrationDepthIntrinsic = 500 0 320.5\n"},
            {"cam_params.json", R"({"camera": {"fx": 1e300, "fy": 500, "cx": 320, "cy": 240}})"},

@@ -178,6 +178,7 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
   auto listing = list_recording(path, with_camera);
   if (!listing) return forward_error(listing);
   if (listing->frames.empty()) return fail(ErrorCode::kNotFound, path, "the recording holds no depth image");
+  if (*found) listing->info.camera_source = (*found)->path.filename().string();
   if (auto fits = detail::fit_camera_to_images(*listing); !fits) return forward_error(fits);
   if (!*found) detail::note_stretched_color(*listing);
   std::optional<FrameCalibration> calibration;

@@ -70,6 +70,17 @@ Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& opti
   return {};
 }
 
+/// Warning where nothing states the units of depth.
+std::string assumed_scale(double units_per_m) {
+  const bool as_tum = units_per_m == kTumUnits_per_m;
+  const double other = as_tum ? 1000 : kTumUnits_per_m;
+  return fmt::format(
+      "depth is taken as {0} units per metre, as {1}: nothing here says so; {2} {3} "
+      "(--depth-units-per-m {3}, or `depth_scale {3}` in camera.txt)",
+      units_per_m, as_tum ? "TUM's recordings have it" : "most cameras write it",
+      as_tum ? "many cameras have" : "TUM's recordings have", other);
+}
+
 }  // namespace
 
 Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known) {
@@ -95,17 +106,28 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
   if (!stated && *foreign) stated = (*foreign)->depth_units_per_m;
   const double units_per_m = stated.value_or(known.depth_units_per_m);
   const bool is_known = info.camera_source == known.source;  // with the camera its units are known
-  if (!stated && !is_known && units_per_m == kTumUnits_per_m)
-    add_assumption(
-        info,
-        "depth is taken as 5000 units per metre, as TUM's recordings have it: nothing here says so; many "
-        "cameras have 1000 (--depth-units-per-m 1000, or `depth_scale 1000` in camera.txt)");
-  if (!is_depth_scale(units_per_m))  // files are checked when they are read
-    return fail(ErrorCode::kUsage, "--depth-units-per-m", "{} depth units per metre cannot be right",
-                units_per_m);
+  if (!stated && !is_known && !known.is_scale_certain) add_assumption(info, assumed_scale(units_per_m));
+  if (options.depth_units_per_m)  // files are checked when they are read
+    if (auto checked = check_given_depth_scale(units_per_m); !checked) return forward_error(checked);
   info.depth_unit_m = 1.0 / units_per_m;
   return file && file->rate_hz ? *file->rate_hz : 30.0;
 }
+
+namespace {
+
+/// Error where intrinsics that were given without a size are for larger or smaller images.
+Result<void> check_principal_point(const PinholeCamera& camera) {
+  const auto is_central = [](double principal_px, int size_px) {
+    return principal_px > 0.25 * size_px && principal_px < 0.75 * size_px;
+  };
+  if (is_central(camera.cx, camera.width) && is_central(camera.cy, camera.height)) return {};
+  return fail(ErrorCode::kInvalidValue, "--intrinsics",
+              "cx {} and cy {} are not near the middle of the depth images of {} x {}: name the size of the "
+              "images that the intrinsics are for with --size",
+              camera.cx, camera.cy, camera.width, camera.height);
+}
+
+}  // namespace
 
 Result<void> fit_camera_to_images(RecordingListing& listing) {
   constexpr std::size_t kTries = 10;
@@ -122,6 +144,8 @@ Result<void> fit_camera_to_images(RecordingListing& listing) {
   if (camera.width == 0 || camera.height == 0) {
     camera.width = size->width;
     camera.height = size->height;
+    if (info.camera_source == "given")
+      if (auto fits = check_principal_point(camera); !fits) return fits;
   }
   if (camera.width == size->width && camera.height == size->height) {
     auto checked = check_camera(camera);  // first check with the size, if the file does not contain it
@@ -132,8 +156,11 @@ Result<void> fit_camera_to_images(RecordingListing& listing) {
       static_cast<std::int64_t>(camera.height) * size->width)
     return fail(
         ErrorCode::kInvalidValue, info.path,
-        "the camera ({}) is {} x {}, the depth images are {} x {}: the intrinsics belong to another camera",
-        info.camera_source, camera.width, camera.height, size->width, size->height);
+        "the camera ({}) is {} x {}, the depth images are {} x {}: the intrinsics belong to another camera{}",
+        info.camera_source, camera.width, camera.height, size->width, size->height,
+        info.camera_source == "given"
+            ? fmt::format(" (--size {} {}, if they are those of the depth images)", size->width, size->height)
+            : "");
   add_note(info, fmt::format("intrinsics for {} x {} ({}) scaled to the depth images' {} x {}", camera.width,
                              camera.height, info.camera_source, size->width, size->height));
   const double ratio = static_cast<double>(size->width) / camera.width;

@@ -42,8 +42,9 @@ struct KnownCamera {
   std::optional<PinholeCamera> camera;
   std::string source;  ///< "the 7-Scenes camera"
   double depth_units_per_m = 1000;
-  std::string note = {};        ///< for the user where this camera is used
-  std::string assumption = {};  ///< the same where it may well be another
+  std::string note = {};          ///< for the user where this camera is used
+  std::string assumption = {};    ///< the same where it may well be another
+  bool is_scale_certain = false;  ///< the units are those of this data set whatever camera is given
 };
 /// Fills camera, camera_source and depth_unit_m of `info` from the first available of: options, camera.txt,
 /// camera-intrinsics.txt, a file of another program (find_foreign_camera), the known camera. Returns the

@@ -124,10 +124,12 @@ Result<RecordingListing> list_seven_scenes(const fs::path& folder, const Recordi
   info.has_own_stamps = false;
   info.trajectory_source = "frame-*.pose.txt";
   KnownCamera known{PinholeCamera{640, 480, 585, 585, 320, 240, {}}, "the 7-Scenes camera", 1000.0};
-  if (!is_of_seven_scenes(folder))
+  known.is_scale_certain = is_of_seven_scenes(folder);
+  if (!known.is_scale_certain)
     known.assumption =
-        "no camera.txt: the camera of 7-Scenes is used (585 585 320 240), whose names the files have; "
-        "another one needs a camera.txt (or --intrinsics)";
+        "no camera.txt: the camera of 7-Scenes is used (585 585 320 240, 1000 units of depth per metre), "
+        "whose names the files have; "
+        "another one needs a camera.txt (or --intrinsics and --depth-units-per-m)";
   const auto rate = choose_camera(info, options, known);
   if (!rate) return forward_error(rate);
   const std::vector<fs::path> sequences = sequences_of(folder);

@@ -76,6 +76,10 @@ TEST(SevenScenes, TheirCameraIsAnAssumptionUnlessTheFolderHasANameOfThem) {
     const auto opened = open_recording(folder.path() / name);
     ASSERT_TRUE(opened) << to_string(opened.error());
     EXPECT_EQ((*opened)->info().assumptions.size(), assumptions) << name;
+    const auto given =
+        open_recording(folder.path() / name, {.camera = PinholeCamera{32, 24, 30, 30, 16, 12, {}}});
+    ASSERT_TRUE(given) << to_string(given.error());
+    EXPECT_EQ((*given)->info().assumptions.size(), assumptions) << name << ": its units of depth";
   }
 }
 

@@ -171,9 +171,13 @@ KnownCamera tum_camera(const fs::path& folder, bool is_named) {
     for (const auto& [owner, camera] :
          {std::pair{"TUM", known_tum_camera(name)}, std::pair{"Bonn", known_bonn_camera(name)}})
       if (camera)
-        return {camera, fmt::format("{}'s camera of `{}`", owner, name), kTumUnits_per_m,
+        return {camera,
+                fmt::format("{}'s camera of `{}`", owner, name),
+                kTumUnits_per_m,
                 fmt::format("no camera.txt: the published intrinsics of {}'s recording `{}` are used", owner,
-                            name)};
+                            name),
+                {},
+                true};
   // Other tools that name their images by stamps or numbers write millimetres.
   return {std::nullopt, {}, is_named ? 1000.0 : kTumUnits_per_m};
 }
@@ -228,7 +232,8 @@ Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOp
   const fs::path truth = icl_poses(folder);
   KnownCamera known{PinholeCamera{640, 480, 481.2, -480.0, 319.5, 239.5, {}}, "the ICL-NUIM camera",
                     kTumUnits_per_m};
-  if (!truth.string().ends_with(".gt.freiburg") && !has_icl_name(folder))
+  known.is_scale_certain = truth.string().ends_with(".gt.freiburg") || has_icl_name(folder);
+  if (!known.is_scale_certain)
     known.assumption =
         "taken for a recording of ICL-NUIM, as its associations.txt counts frames: camera 481.2 -480 "
         "319.5 239.5, 5000 units per metre; another camera needs a camera.txt (or --intrinsics and "

@@ -207,6 +207,22 @@ TEST_F(TumRecording, WithoutIntrinsicsTheNameOrTheListsTellOrItIsAnError) {
             std::string::npos);
 }
 
+TEST_F(TumRecording, GivenIntrinsicsWithoutASizeAreForTheImages) {
+  PinholeCamera given = kSmallCamera;
+  given.width = given.height = 0;
+  EXPECT_EQ(open({.camera = given})->info().camera.width, 24);
+  EXPECT_EQ(open({.camera = given})->info().camera.height, 16);
+  given.cx = 23.5, given.cy = 15.5;  // of 48 x 32
+  const auto larger = open_recording(path_, {.camera = given});
+  ASSERT_FALSE(larger);
+  EXPECT_NE(larger.error().message.find("depth images of 24 x 16"), std::string::npos);
+  EXPECT_NE(larger.error().message.find("--size"), std::string::npos);
+  given.width = 64, given.height = 48;
+  const auto another = open_recording(path_, {.camera = given});
+  ASSERT_FALSE(another);
+  EXPECT_NE(another.error().message.find("--size 24 16"), std::string::npos);
+}
+
 TEST_F(TumRecording, AnAssumedUnitOfDepthIsSaid) {
   EXPECT_TRUE(open()->info().assumptions.empty());  // its camera.txt has a depth_scale
   ASSERT_TRUE(write_file_text(path_ / "camera.txt", "width 24\nheight 16\nfx 20\nfy 21\ncx 11.5\ncy 7.5\n"));
@@ -215,6 +231,18 @@ TEST_F(TumRecording, AnAssumedUnitOfDepthIsSaid) {
   EXPECT_NE(recording->info().assumptions[0].find("--depth-units-per-m 1000"), std::string::npos);
   EXPECT_DOUBLE_EQ(recording->info().depth_unit_m, 1.0 / 5000);
   EXPECT_TRUE(open({.depth_units_per_m = 5000})->info().assumptions.empty());
+  for (const char* list : {"depth.txt", "rgb.txt", "associations.txt"})
+    fs::remove(path_ / list);  // read by the images' names
+  const auto named = open();
+  EXPECT_DOUBLE_EQ(named->info().depth_unit_m, 1e-3);
+  ASSERT_EQ(named->info().assumptions.size(), 1U);
+  EXPECT_NE(named->info().assumptions[0].find("taken as 1000 units per metre"), std::string::npos);
+  EXPECT_NE(named->info().assumptions[0].find("--depth-units-per-m 5000"), std::string::npos);
+  EXPECT_TRUE(open({.depth_units_per_m = 1000})->info().assumptions.empty());
+  const auto realsense = open_recording(path_, {.depth_units_per_m = 0.001});
+  ASSERT_FALSE(realsense);
+  EXPECT_EQ(realsense.error().code, ErrorCode::kUsage);
+  EXPECT_NE(realsense.error().message.find("write 1000 (units per metre)"), std::string::npos);
 }
 
 TEST_F(TumRecording, TheCameraOfAnotherProgramIsUsedUnlessOneIsNamed) {
