@@ -51,6 +51,8 @@ class UsualMistakes(support.SharedFolderTest):
         run = self.run_json("reconstruct", self.recording, "-o", "out", "--depth-units-per-m", "50000", "--force",
                             *FAST[:-1])
         self.assertTrue(any("units per metre" in warning for warning in run["warnings"]), run["warnings"])
+        self.assertNotEqual(run["verdict"]["value"], "ok")
+        self.assertTrue(any("units per metre" in reason for reason in run["verdict"]["reasons"]), run["verdict"])
 
     def test_depth_unit_of_millimetres_without_poses(self):
         copy = self.copy()
@@ -60,6 +62,10 @@ class UsualMistakes(support.SharedFolderTest):
                      says=["not one of 40 frames got a pose", "look at the depth scale"])
         warnings = self.run_json("info", copy, "--depth-units-per-m", "900")["warnings"]
         self.assertTrue(any("look at the depth scale" in warning for warning in warnings), warnings)
+        for verb in ("odometry", "slam"):
+            self.refused(verb, copy, "-o", verb, "--depth-units-per-m", "100000", "--strict", expect=1,
+                         says=["doubtful: the depth scale may be wrong"])
+        self.refused("info", copy, "--depth-units-per-m", "0.001", expect=2, says=["write 1000 (units per metre)"])
 
     def test_inverted_poses(self):
         copy = self.copy()
@@ -96,7 +102,16 @@ class UsualMistakes(support.SharedFolderTest):
         copy = self.copy()
         (copy / "groundtruth.txt").unlink()
         (copy / "poses.txt").unlink(missing_ok=True)
-        self.refused("reconstruct", copy, "-o", "out", says=["hm slam", "--poses"])
+        self.refused("reconstruct", copy, "-o", "out", says=["hm slam", "--poses", "no poses"])
+        self.assertEqual(self.run_json("info", copy)["warnings"], [])
+
+    def test_poses_of_another_clock(self):
+        copy = self.copy()
+        lines = (copy / "groundtruth.txt").read_text().splitlines()
+        (copy / "groundtruth.txt").write_text("\n".join(
+            line if line.startswith("#") else TOO_LONG_AGO + line.split(".", 1)[1] for line in lines) + "\n")
+        error = self.refused("reconstruct", copy, "-o", "out", says=["no common clock", "0.15 s", "--poses"])
+        self.assertNotIn("no poses", error["message"])
 
     def test_clocks_that_disagree(self):
         copy = self.copy()

@@ -22,6 +22,7 @@ class PosedRecording final : public Recording {
     info_.posed_count = static_cast<std::size_t>(std::ranges::count_if(
         info_.frame_poses, [](const std::optional<SE3>& pose) { return pose.has_value(); }));
     info_.trajectory = poses;
+    info_.trajectory_source = "given";
   }
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
@@ -57,11 +58,27 @@ bool is_fatal(const Finding& finding, const RecordingReport& report, const Prefl
     case FindingKind::kFlippedFy:
       return report.pairs_compared >= kMinPairs;
     case FindingKind::kInvertedPoses:
+    case FindingKind::kPoseUnit:
       return options.poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
     case FindingKind::kMissingColor:
       return options.needs_color;
     case FindingKind::kDepthRange:
       return report.depth.valid_ratio < kEmpty_ratio;
+    default:
+      return false;
+  }
+}
+
+/// Whether the result is doubtful with this finding: it has another size or shape than the scene.
+bool casts_doubt(FindingKind kind, PoseUse poses) {
+  switch (kind) {
+    case FindingKind::kDepthScale:
+    case FindingKind::kOddScale:
+    case FindingKind::kFlippedFy:
+      return true;
+    case FindingKind::kInvertedPoses:
+    case FindingKind::kPoseUnit:
+      return poses == PoseUse::kBuildsOn;
     default:
       return false;
   }
@@ -87,10 +104,9 @@ void add_once(std::vector<std::string>& sentences, std::string sentence) {
 
 }  // namespace
 
-Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& recording,
-                                                  const PreflightOptions& options) {
+Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options) {
   const RecordingReport report = quick_report(*recording, options);
-  std::vector<std::string> warnings = reading_warnings(recording->info());
+  Preflight said{reading_warnings(recording->info()), {}};
   for (const Finding& finding : report.findings) {
     if (is_fatal(finding, report, options) && !options.force)
       return fail(ErrorCode::kInvalidValue, recording->info().path.string(),
@@ -99,9 +115,10 @@ Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& re
     if (!concerns_run(finding, options.poses)) continue;
     const bool wants_color = finding.kind == FindingKind::kUnregisteredColor && options.register_color;
     const std::optional<std::string> registered = wants_color ? register_color_of(recording) : std::nullopt;
-    add_once(warnings, registered.value_or(finding.message));
+    add_once(said.warnings, registered.value_or(finding.message));
+    if (casts_doubt(finding.kind, options.poses)) add_once(said.doubts, finding.message);
   }
-  return warnings;
+  return said;
 }
 
 std::vector<std::string> laser_warnings(const LaserRecording& recording) {

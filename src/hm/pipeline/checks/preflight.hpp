@@ -25,15 +25,20 @@ struct PreflightOptions {
   bool needs_color = false;           ///< the run can make nothing of depth images alone
 };
 
+/// Sentences about a recording, with number and remedy, each once.
+struct Preflight {
+  std::vector<std::string> warnings;
+  std::vector<std::string>
+      doubts;  ///< those of them for which the result is doubtful, whatever it looks like
+};
+
 /// Checks a recording before a run begins: the checks of inspect_recording() on few frames (about twenty
-/// images are decoded), and what its reader left out. Gives sentences with number and remedy, each once. A
-/// recording whose colour is not registered to depth is replaced by one where it is, if its images show how
-/// (fit_color_registration()).
-/// Error (kInvalidValue): no sensible result can come out, because depth is in another unit, the poses that
-/// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where
-/// the run needs it.
-Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& recording,
-                                                  const PreflightOptions& options);
+/// images are decoded), and what its reader left out. A recording whose colour is not registered to depth is
+/// replaced by one where it is, if its images show how (fit_color_registration()). Error (kInvalidValue): no
+/// sensible result can come out, because depth is in another unit, the poses that the run builds on are
+/// inverted or not in metres, fy has the wrong sign, depth images are empty, or colour is missing where the
+/// run needs it.
+Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options);
 
 /// Findings of inspect_laser_recording() and what the reader left out, each sentence once.
 std::vector<std::string> laser_warnings(const LaserRecording& recording);

@@ -11,13 +11,24 @@
 namespace hm {
 namespace {
 
+/// Whether the poses of numbered images have stamps of another origin: none is that of an image.
+bool has_own_stamps(const Trajectory& poses, const RecordingInfo& info) {
+  return info.has_own_stamps || std::ranges::none_of(poses, [&](const StampedPose& pose) {
+           return std::ranges::binary_search(info.stamps, pose.stamp);
+         });
+}
+
 void describe_streams(RecordingReport& report) {
   const RecordingInfo& info = report.info;
   report.streams.push_back(describe_stream("depth", info.stamps, info.frame_count));
   report.streams.push_back(describe_stream("color", info.color_stamps, info.color_count));
-  report.streams.push_back(describe_stream("poses", stamps_of(info.trajectory), info.trajectory.size()));
-  if (!info.truth.empty())
-    report.streams.push_back(describe_stream("truth", stamps_of(info.truth), info.truth.size()));
+  for (StreamReport& images : report.streams) images.has_own_stamps = info.has_own_stamps;
+  const auto add_poses = [&](const char* name, const Trajectory& poses) {
+    report.streams.push_back(describe_stream(name, stamps_of(poses), poses.size()));
+    report.streams.back().has_own_stamps = has_own_stamps(poses, info);
+  };
+  add_poses("poses", info.trajectory);
+  if (!info.truth.empty()) add_poses("truth", info.truth);
   if (info.imu)
     report.streams.push_back(describe_stream("imu", stamps_of(info.imu->samples), info.imu->samples.size()));
   report.path_length_m = path_length(info.trajectory);

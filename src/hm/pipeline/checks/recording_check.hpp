@@ -40,7 +40,9 @@ enum class FindingKind {
   kMissingPoses,       ///< depth images without a pose
   kMissingColor,       ///< no colour images at all
   kGap,                ///< holes in a stream
-  kDepthRange,         ///< almost nothing valid, or depths that no such sensor delivers
+  kDepthRange,         ///< almost nothing valid
+  kOddScale,           ///< depths that no such sensor delivers: the depth unit may be another
+  kPoseUnit,           ///< the poses are not in metres
 };
 std::string_view to_string(FindingKind kind);
 

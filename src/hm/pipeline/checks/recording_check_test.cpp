@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
@@ -96,6 +97,21 @@ std::string file_text(const fs::path& path) {
   const auto bytes = read_file_bytes(path);
   EXPECT_TRUE(bytes);
   return std::string(bytes->begin(), bytes->end());
+}
+
+/// Rewrites groundtruth.txt with each pose changed.
+void change_poses(const fs::path& folder, const std::function<StampedPose(StampedPose)>& changed) {
+  const auto recording = open_recording(folder);
+  ASSERT_TRUE(recording);
+  std::string text;
+  for (const StampedPose& given : (*recording)->info().trajectory) {
+    const StampedPose pose = changed(given);
+    const Eigen::Quaterniond q = pose.T_world_base.quaternion();
+    const Vec3& t = pose.T_world_base.translation();
+    text += fmt::format("{:.9f} {} {} {} {} {} {} {}\n", pose.stamp.seconds(), t.x(), t.y(), t.z(), q.x(),
+                        q.y(), q.z(), q.w());
+  }
+  ASSERT_TRUE(write_file_text(folder / "groundtruth.txt", text));
 }
 
 /// A written room, shared by the tests that only read it or replace its text files.
@@ -195,19 +211,87 @@ TEST_F(RoomCheck, InvertedPosesAreFound) {
   EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kInvertedPoses)) << messages(report);
 }
 
+TEST_F(RoomCheck, PosesInMillimetresAreNotTakenForAnotherDepthScale) {
+  change_poses(path_, [](StampedPose pose) {
+    return StampedPose{pose.stamp, {pose.T_world_base.rotation(), 1000 * pose.T_world_base.translation()}};
+  });
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kPoseUnit)) << messages(report);
+  EXPECT_THAT(messages(report), HasSubstr("the poses seem to be in millimetres instead of metres"));
+  EXPECT_THAT(messages(report), HasSubstr(fmt::format("path is {:.1f} m long", report.path_length_m)));
+  EXPECT_GT(report.path_length_m, 100);
+  auto recording = open_recording(path_);
+  ASSERT_TRUE(recording);
+  EXPECT_FALSE(check_before_run(*recording, {}));
+  const auto forced = check_before_run(*recording, {.force = true});
+  ASSERT_TRUE(forced);
+  EXPECT_THAT(forced->doubts, ElementsAre(HasSubstr("millimetres")));
+  const auto own = check_before_run(*recording, {.poses = PoseUse::kComparesWith});
+  ASSERT_TRUE(own);
+  EXPECT_THAT(own->warnings, ElementsAre(HasSubstr("millimetres")));
+  EXPECT_THAT(own->doubts, IsEmpty());
+}
+
+TEST_F(RoomCheck, WithoutPosesItLooksRight) {
+  fs::remove(path_ / "groundtruth.txt");
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(report.findings, IsEmpty()) << messages(report);
+  EXPECT_THAT(to_text(report), HasSubstr("none: `hm slam` or `hm odometry` estimates them"));
+  EXPECT_THAT(to_text(report), HasSubstr("looks right"));
+}
+
+TEST_F(RoomCheck, PosesOfAnotherClockAreNotMissing) {
+  change_poses(path_, [](StampedPose pose) {
+    return StampedPose{pose.stamp + Duration::from_seconds(5000), pose.T_world_base};
+  });
+  EXPECT_THAT(messages(inspect(path_)), HasSubstr("an offset of 5000.000 s: no common clock"));
+  EXPECT_THAT(messages(inspect(path_)), HasSubstr("at most 0.15 s apart"));
+  for (const char* list : {"depth.txt", "rgb.txt", "associations.txt"}) fs::remove(path_ / list);
+  for (const char* images : {"depth", "rgb"}) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(path_ / images)) files.push_back(entry.path());
+    std::ranges::sort(files);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      fs::rename(files[i], path_ / images / fmt::format("{:04}.png", i));
+  }
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kMissingPoses)) << messages(report);
+  EXPECT_THAT(messages(report), HasSubstr("images are numbered, their times counted from 0.000 to 1.967 s"));
+  EXPECT_THAT(to_text(report), ::testing::ContainsRegex("depth +60, no stamps of their own"));
+  EXPECT_THAT(to_text(report), ::testing::Not(::testing::ContainsRegex("poses +60, no stamps")));
+}
+
+TEST_F(RoomCheck, ADepthScaleThatLooksWrongMakesTheResultDoubtful) {
+  const RecordingOptions wrong{.depth_units_per_m = 100'000};
+  auto recording = open_recording(path_, wrong);
+  ASSERT_TRUE(recording);
+  const auto forced = check_before_run(*recording, {.force = true});
+  ASSERT_TRUE(forced);
+  EXPECT_THAT(forced->doubts, ::testing::Contains(HasSubstr("5000 units per metre instead of 100000")));
+  fs::remove(path_ / "groundtruth.txt");
+  recording = open_recording(path_, wrong);
+  const auto blind = check_before_run(*recording, {.poses = PoseUse::kComparesWith});
+  ASSERT_TRUE(blind);
+  EXPECT_THAT(blind->doubts, ElementsAre(HasSubstr("the depth scale may be wrong: median depth 0.1")));
+  EXPECT_THAT(blind->doubts, ElementsAre(HasSubstr("at 100000 units per metre")));
+  // Assumed, and plausible.
+  ASSERT_TRUE(write_file_text(path_ / "camera.txt", "fx 140\nfy 141\ncx 79.5\ncy 59.5\n"));
+  recording = open_recording(path_);
+  const auto assumed = check_before_run(*recording, {.poses = PoseUse::kComparesWith});
+  ASSERT_TRUE(assumed);
+  EXPECT_THAT(assumed->doubts, IsEmpty());
+  EXPECT_THAT(assumed->warnings, ElementsAre(HasSubstr("depth is taken as 5000 units per metre")));
+}
+
 TEST_F(RoomCheck, PosesOfAnotherRecordingAreFound) {
   // The order of the poses reversed and stretched: a smooth motion, but not this one.
-  Trajectory reversed;
   const auto recording = open_recording(path_);
   const Trajectory& poses = (*recording)->info().trajectory;
-  std::string text;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const SE3& pose = poses[poses.size() - 1 - i].T_world_base;
-    const Eigen::Quaterniond q = pose.quaternion();
-    text += fmt::format("{:.9f} {} {} {} {} {} {} {}\n", poses[i].stamp.seconds(), 3 * pose.translation().x(),
-                        3 * pose.translation().y(), 3 * pose.translation().z(), q.x(), q.y(), q.z(), q.w());
-  }
-  ASSERT_TRUE(write_file_text(path_ / "groundtruth.txt", text));
+  auto other = poses.rbegin();
+  change_poses(path_, [&](StampedPose pose) {
+    const SE3& reversed = (other++)->T_world_base;
+    return StampedPose{pose.stamp, {reversed.rotation(), 3 * reversed.translation()}};
+  });
   const RecordingReport report = inspect(path_);
   EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kPoorAgreement)) << messages(report);
 }
@@ -275,11 +359,12 @@ TEST_F(RoomCheck, ColorIsRegisteredBeforeARunIfTheImagesShowHow) {
   auto left_alone = open_recording(path);
   const auto found = check_before_run(*left_alone, {.register_color = false});
   ASSERT_TRUE(found);
-  EXPECT_THAT(*found, ElementsAre(HasSubstr("colour is not registered to depth")));
+  EXPECT_THAT(found->warnings, ElementsAre(HasSubstr("colour is not registered to depth")));
   EXPECT_EQ(same_colors_ratio(**left_alone, **registered), before);
   const auto said = check_before_run(*recording, {});
   ASSERT_TRUE(said);
-  EXPECT_THAT(*said, ElementsAre(HasSubstr("colour was not registered to depth and is now")));
+  EXPECT_THAT(said->doubts, IsEmpty());
+  EXPECT_THAT(said->warnings, ElementsAre(HasSubstr("colour was not registered to depth and is now")));
   // What is left are pixels on borders, whose colours are mixed.
   EXPECT_GT(1 - before, 0.03);
   EXPECT_LT(1 - same_colors_ratio(**recording, **registered), 0.02);

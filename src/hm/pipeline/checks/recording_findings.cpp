@@ -41,6 +41,7 @@ Fit fit_of(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
 
 bool clearly_better(const Fit& a, const Fit& than_b) {
   if (a.median.overlap_ratio < kMinOverlap_ratio || a.median.systematic > kPoorAgreement_ratio) return false;
+  if (a.median.relative >= than_b.median.relative) return false;
   if (a.median.systematic >= kClearlyBetter_ratio * than_b.median.systematic) return false;
   std::size_t votes = 0;
   for (std::size_t i = 0; i < a.by_pair.size(); ++i)
@@ -58,29 +59,47 @@ bool beats_rotation_alone(const Fit& fit, const std::vector<FramePair>& pairs, c
   return fit.median.systematic < kBetter_ratio * fit_of(pairs, camera, rotation_alone).median.systematic;
 }
 
-FindingKind kind_of(const ReadingHypothesis& hypothesis) {
+/// Name of the unit that the poses seem to be in, where the reading makes depth as many times larger although
+/// it is plausible as given; nullptr where the reading says nothing about the poses' unit.
+const char* pose_unit(const ReadingHypothesis& hypothesis, const DepthReport& depth) {
+  constexpr double kNear_m = 0.3, kFar_m = 8;
+  if (depth.median_m < kNear_m || depth.median_m > kFar_m) return nullptr;
+  if (hypothesis.depth_factor == 1000) return "millimetres";
+  return hypothesis.depth_factor == 100 ? "centimetres" : nullptr;
+}
+
+FindingKind kind_of(const ReadingHypothesis& hypothesis, const DepthReport& depth) {
   if (hypothesis.poses_inverted) return FindingKind::kInvertedPoses;
   if (hypothesis.fy_flipped) return FindingKind::kFlippedFy;
-  return FindingKind::kDepthScale;
+  return pose_unit(hypothesis, depth) ? FindingKind::kPoseUnit : FindingKind::kDepthScale;
 }
 
 /// The change in words, with the remedy.
-std::string advice(const ReadingHypothesis& hypothesis, const RecordingInfo& info) {
+std::string advice(const ReadingHypothesis& hypothesis, const RecordingReport& report) {
+  const RecordingInfo& info = report.info;
   std::string text;
   const auto say = [&](const std::string& part) { text += (text.empty() ? "" : ", and ") + part; };
   if (hypothesis.poses_inverted) say("the poses seem to be world-to-camera instead of camera-to-world");
   if (hypothesis.fy_flipped)
     say(fmt::format("fy seems to be {} instead of {}", -info.camera.fy, info.camera.fy));
-  if (hypothesis.depth_factor != 1.0)
+  if (const char* unit = pose_unit(hypothesis, report.depth))
+    say(
+        fmt::format("the poses seem to be in {} instead of metres (as given their path is {:.1f} m long, "
+                    "at a median depth of {:.2f} m): divide their positions by {}",
+                    unit, report.path_length_m, report.depth.median_m, hypothesis.depth_factor));
+  else if (hypothesis.depth_factor != 1.0)
     say(fmt::format("the depth scale seems to be {:.6g} units per metre instead of {:.6g}",
                     1.0 / (info.depth_unit_m * hypothesis.depth_factor), 1.0 / info.depth_unit_m));
   return text;
 }
 
-std::string in_numbers(const Agreement& agreement) {
+/// Difference in words; `with_metres` is false where the metres of the readings compared differ.
+std::string in_numbers(const Agreement& agreement, bool with_metres = true) {
   if (agreement.systematic >= 1) return "do not overlap";
-  return fmt::format("differ by {:.1f} mm ({:.2f} % of the depth with the noise averaged out)",
-                     1e3 * agreement.median_m, 1e2 * agreement.systematic);
+  const std::string ratio =
+      fmt::format("{:.2f} % of the depth with the noise averaged out", 1e2 * agreement.systematic);
+  if (!with_metres) return "differ by " + ratio;
+  return fmt::format("differ by {:.1f} mm ({})", 1e3 * agreement.median_m, ratio);
 }
 
 }  // namespace
@@ -104,12 +123,17 @@ void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& repor
     if (simpler_known ? clearly_better(fit, *best) : fit.median.systematic < best->median.systematic)
       best = &fit;
   }
-  if (best != &given)
-    return add(
-        report, kind_of(best->hypothesis),
-        fmt::format("{}: moved by their poses, depth images {} as given; read so, they {} ({})",
-                    advice(best->hypothesis, report.info), in_numbers(given.median), in_numbers(best->median),
-                    counted(pairs.size(), "pair of frames", "pairs of frames")));
+  if (best != &given) {
+    Agreement read_so = best->median;
+    if (pose_unit(best->hypothesis, report.depth)) read_so.median_m /= best->hypothesis.depth_factor;
+    // Millimetres that grow with the scale would speak against a reading that fits better.
+    const bool with_metres = given.median.systematic >= 1 || read_so.median_m <= given.median.median_m;
+    return add(report, kind_of(best->hypothesis, report.depth),
+               fmt::format("{}: moved by their poses, depth images {} as given; read so, they {} ({})",
+                           advice(best->hypothesis, report), in_numbers(given.median, with_metres),
+                           in_numbers(read_so, with_metres),
+                           counted(pairs.size(), "pair of frames", "pairs of frames")));
+  }
   if (given.median.systematic > kPoorAgreement_ratio)
     add(report, FindingKind::kPoorAgreement,
         fmt::format(
@@ -117,6 +141,23 @@ void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& repor
             "ignored they {} ({}), and no other reading of the files explains it",
             in_numbers(given.median), in_numbers(ignored.median),
             counted(pairs.size(), "pair of frames", "pairs of frames")));
+}
+
+std::string why_no_pose_fits(const RecordingInfo& info) {
+  const Time first = info.stamps.front(), last = info.stamps.back();
+  const Time first_pose = info.trajectory.front().stamp, last_pose = info.trajectory.back().stamp;
+  std::string why =
+      fmt::format("not one of {} has a pose near its stamp: ", counted(info.frame_count, "depth image"));
+  if (first_pose > last || last_pose < first)
+    why += fmt::format(
+        "images are {} from {:.3f} to {:.3f} s, poses ({}) stamped from {:.3f} to {:.3f} s, an offset "
+        "of {:.3f} s: no common clock",
+        info.has_own_stamps ? "stamped" : "numbered, their times counted", first.seconds(), last.seconds(),
+        info.trajectory_source, first_pose.seconds(), last_pose.seconds(), (first_pose - first).seconds());
+  else
+    why += fmt::format("the poses ({}) are too far apart", info.trajectory_source);
+  return why + fmt::format(" (a pose is taken between two that are at most {} s apart)",
+                           RecordingOptions{}.max_pose_gap_s);
 }
 
 void find_missing(RecordingReport& report) {
@@ -130,7 +171,9 @@ void find_missing(RecordingReport& report) {
         fmt::format("{} of {} cannot be read (first: {})", with_thousands(report.depth.frames_unreadable),
                     counted(report.depth.frames_unreadable + report.depth.frames_sampled, "sampled frame"),
                     report.depth.first_error));
-  if (info.posed_count < info.frame_count)
+  if (info.posed_count == 0 && !info.trajectory.empty())
+    add(report, FindingKind::kMissingPoses, why_no_pose_fits(info));
+  else if (info.posed_count > 0 && info.posed_count < info.frame_count)
     add(report, FindingKind::kMissingPoses,
         fmt::format("{} of {} without a pose", with_thousands(info.frame_count - info.posed_count),
                     counted(info.frame_count, "depth image")));
@@ -170,16 +213,19 @@ void find_odd_depth(RecordingReport& report) {
   if (depth.valid_ratio < kMinValid_ratio)
     add(report, FindingKind::kDepthRange,
         fmt::format("only {:.1f} % of the depth pixels hold a reading", 100 * depth.valid_ratio));
-  if (depth.median_m > 0 && (depth.median_m < kNear_m || depth.median_m > kFar_m))
-    add(report, FindingKind::kDepthRange,
-        fmt::format("the median depth is {:.3g} m at {:.6g} units per metre: look at the depth scale",
-                    depth.median_m, 1.0 / report.info.depth_unit_m));
+  if (depth.median_m <= 0) return;
+  const auto add_scale = [&](const std::string& what) {
+    add(report, FindingKind::kOddScale,
+        fmt::format("the depth scale may be wrong: {} at {:.6g} units per metre; look at the depth scale "
+                    "(--depth-units-per-m)",
+                    what, 1.0 / report.info.depth_unit_m));
+  };
+  if (depth.median_m < kNear_m || depth.median_m > kFar_m)
+    add_scale(fmt::format("median depth {:.3g} m", depth.median_m));
   else if (depth.p05_m < kNearest_m || depth.p95_m > kFarthest_m)
-    add(report, FindingKind::kDepthRange,
-        fmt::format("5 % of the depth readings are {} {:.3g} m at {:.6g} units per metre, where cameras for "
-                    "rooms see nothing: look at the depth scale (--depth-units-per-m)",
-                    depth.p95_m > kFarthest_m ? "beyond" : "nearer than",
-                    depth.p95_m > kFarthest_m ? depth.p95_m : depth.p05_m, 1.0 / report.info.depth_unit_m));
+    add_scale(fmt::format("5 % of the depth readings {} {:.3g} m, where cameras for rooms see nothing,",
+                          depth.p95_m > kFarthest_m ? "beyond" : "nearer than",
+                          depth.p95_m > kFarthest_m ? depth.p95_m : depth.p05_m));
 }
 
 void find_color_shift(RecordingReport& report) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "hm/pipeline/checks/pose_agreement.hpp"
@@ -6,6 +7,9 @@
 
 /// Checks of inspect_recording(): each function appends what it finds to report.findings.
 namespace hm {
+
+/// In words, why not one depth image has a pose although the recording has poses: another clock, or gaps.
+std::string why_no_pose_fits(const RecordingInfo& info);
 
 /// Images, poses and colour that are not there or cannot be used.
 void find_missing(RecordingReport& report);

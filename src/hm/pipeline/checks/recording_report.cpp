@@ -80,6 +80,10 @@ std::string_view to_string(FindingKind kind) {
       return "gap";
     case FindingKind::kDepthRange:
       return "depth_range";
+    case FindingKind::kOddScale:
+      return "odd_scale";
+    case FindingKind::kPoseUnit:
+      return "pose_unit";
   }
   return "unknown";
 }
@@ -138,7 +142,7 @@ std::string to_text(const RecordingReport& report) {
   const RecordingInfo& info = report.info;
   const SummaryTree tree = describe(report);
   std::string text = tree.lines({"recording  {path} ({kind})"});
-  for (const StreamReport& stream : report.streams) text += stream_line(stream, info.has_own_stamps) + "\n";
+  for (const StreamReport& stream : report.streams) text += stream_line(stream) + "\n";
   if (info.imu)
     text += tree.lines({info.imu->has_gyroscope
                             ? "           from {imu.source}"
@@ -157,12 +161,14 @@ std::string to_text(const RecordingReport& report) {
       tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
                   "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "
                   "pixels valid"});
-  if (!info.trajectory.empty())
+  if (info.trajectory.empty())
+    text += "poses      none: `hm slam` or `hm odometry` estimates them\n";
+  else
     text += tree.lines({"poses      {pose_source}; path {path_length_m}, in a box of {pose_extent_m}"});
   if (!info.truth.empty() || info.truth_mesh) text += "truth      " + truth_text(info) + "\n";
-  if (report.agreement.empty())
+  if (report.agreement.empty() && info.posed_count > 0)
     text += "agreement  not compared: no two frames with poses are far enough apart\n";
-  else
+  else if (!report.agreement.empty())
     text +=
         describe(report.agreement.front())
             .lines({fmt::format("agreement  depth moved by its poses meets the depth measured there within "

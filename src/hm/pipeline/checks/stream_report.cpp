@@ -29,11 +29,11 @@ void visit(const StreamReport& stream, SummaryTree& v) {
   v({"longest_gap_s", {}, "{:.0f} ms", 1e3}, stream.longest_gap_s);
 }
 
-std::string stream_line(const StreamReport& stream, bool has_own_stamps) {
+std::string stream_line(const StreamReport& stream) {
   return *describe(stream).sentence(
-      stream.rate_hz <= 0 ? "{name} {count}"
-      : has_own_stamps    ? "{name} {count}, {rate_hz}, {duration_s}, longest interval {longest_gap_s}"
-                          : "{name} {count}, no stamps of their own, {rate_hz} assumed");
+      stream.rate_hz <= 0     ? "{name} {count}"
+      : stream.has_own_stamps ? "{name} {count}, {rate_hz}, {duration_s}, longest interval {longest_gap_s}"
+                              : "{name} {count}, no stamps of their own, {rate_hz} assumed");
 }
 
 }  // namespace hm

@@ -15,16 +15,17 @@ struct StreamReport {
   std::size_t count = 0;
   double rate_hz = 0;  ///< from the median interval; 0 when there are no stamps
   double duration_s = 0;
-  std::size_t gaps = 0;      ///< intervals of more than 2.5 times the median
-  double longest_gap_s = 0;  ///< the longest interval, gap or not
+  std::size_t gaps = 0;        ///< intervals of more than 2.5 times the median
+  double longest_gap_s = 0;    ///< the longest interval, gap or not
+  bool has_own_stamps = true;  ///< else the rate is assumed
 };
 
 /// The report of a stream with these stamps, in order; `count` may be more than there are stamps for.
 StreamReport describe_stream(std::string name, const std::vector<Time>& stamps, std::size_t count);
 /// name, count, rate_hz, duration_s, gaps, longest_gap_s.
 void visit(const StreamReport& stream, SummaryTree& v);
-/// A line for a terminal, without its end. Without stamps of their own frames have an assumed rate.
-std::string stream_line(const StreamReport& stream, bool has_own_stamps = true);
+/// A line for a terminal, without its end.
+std::string stream_line(const StreamReport& stream);
 
 /// The stamps of things that have one.
 template <class Item>

@@ -13,6 +13,7 @@
 #include "hm/mapping/map_store.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
+#include "hm/pipeline/checks/recording_findings.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
@@ -38,7 +39,10 @@ class Run {
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
         pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
-  void add_warnings(std::vector<std::string> warnings) { summary_.warnings = std::move(warnings); }
+  void add_checks(Preflight&& checks) {
+    summary_.warnings = std::move(checks.warnings);
+    for (std::string& doubt : checks.doubts) summary_.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
+  }
   Result<void> open_map();
   /// Whether the run that is continued was complete, with no frame left in the range of this one.
   [[nodiscard]] bool already_complete() const {
@@ -455,16 +459,18 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     auto read = read_trajectory_of(options.poses, (*recording)->info().stamps);
     if (!read) return forward_error(read);
     poses = std::move(*read);
-  } else if ((*recording)->info().posed_count == 0) {
-    return fail(ErrorCode::kInvalidValue, options.recording.string(),
-                "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
+  } else if (const RecordingInfo& info = (*recording)->info(); info.posed_count == 0) {
+    return fail(
+        ErrorCode::kInvalidValue, options.recording.string(),
+        "{}; `hm slam` finds them, or give them with --poses",
+        info.trajectory.empty() ? "this recording has no poses of its camera" : why_no_pose_fits(info));
   }
-  auto warnings = check_before_run(*recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
-                                                options.recording_options.max_pose_gap_s, options.force,
-                                                options.parameters.reconstruction.register_color});
-  if (!warnings) return forward_error(warnings);
+  auto checks = check_before_run(*recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
+                                              options.recording_options.max_pose_gap_s, options.force,
+                                              options.parameters.reconstruction.register_color});
+  if (!checks) return forward_error(checks);
   Run run(options, *folder, std::move(*recording), std::move(poses));
-  run.add_warnings(std::move(*warnings));
+  run.add_checks(std::move(*checks));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (run.already_complete()) {
     ReconstructionSummary complete;

@@ -89,12 +89,12 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  auto warnings =
+  auto checked_recording =
       check_before_run(*recording, {.poses = PoseUse::kComparesWith,
                                     .force = options.force,
                                     .register_color = options.parameters.reconstruction.register_color,
                                     .needs_color = needs_color(options.parameters.odometry)});
-  if (!warnings) return forward_error(warnings);
+  if (!checked_recording) return forward_error(checked_recording);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
@@ -110,9 +110,11 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
     if (summary.interrupted)
       return fail(ErrorCode::kCancelled, {}, "stopped before the first frame had a pose");
     return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}",
-                why_no_pose(summary.track, *warnings));
+                why_no_pose(summary.track, checked_recording->warnings));
   }
-  summary.warnings = std::move(*warnings);
+  summary.warnings = std::move(checked_recording->warnings);
+  for (std::string& doubt : checked_recording->doubts)
+    summary.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
   for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
     summary.warnings.push_back(fmt::format("stopped after {} of {}",

@@ -143,18 +143,20 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  auto warnings =
+  auto checked_recording =
       check_before_run(*recording, {.poses = PoseUse::kComparesWith,
                                     .force = options.force,
                                     .register_color = options.parameters.reconstruction.register_color,
                                     .needs_color = needs_color(options.parameters.odometry)});
-  if (!warnings) return forward_error(warnings);
+  if (!checked_recording) return forward_error(checked_recording);
   const Stopwatch watch;
   const auto earlier = map_to_continue(**recording, options);
   if (!earlier) return forward_error(earlier);
   SlamPipeline pipeline(**recording, options.parameters, options.run, *earlier ? &**earlier : nullptr);
   SlamSummary summary;
-  summary.warnings = std::move(*warnings);
+  summary.warnings = std::move(checked_recording->warnings);
+  for (std::string& doubt : checked_recording->doubts)
+    summary.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
   if (*earlier)
     summary.warnings.insert(summary.warnings.end(), (*earlier)->warnings.begin(), (*earlier)->warnings.end());
   const TrackedSlam run{pipeline, **recording, folder->staging(), options, watch};
