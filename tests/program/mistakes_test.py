@@ -107,11 +107,12 @@ class UsualMistakes(support.SharedFolderTest):
 
     def test_poses_of_another_clock(self):
         copy = self.copy()
-        lines = (copy / "groundtruth.txt").read_text().splitlines()
-        (copy / "groundtruth.txt").write_text("\n".join(
-            line if line.startswith("#") else TOO_LONG_AGO + line.split(".", 1)[1] for line in lines) + "\n")
+        poses = [line.split(" ", 1) for line in (copy / "groundtruth.txt").read_text().splitlines() if line[0] != "#"]
+        (copy / "groundtruth.txt").write_text("".join(f"{float(stamp) + 1e6:.9f} {pose}\n" for stamp, pose in poses))
         error = self.refused("reconstruct", copy, "-o", "out", says=["no common clock", "0.15 s", "--poses"])
         self.assertNotIn("no poses", error["message"])
+        self.refused("reconstruct", self.recording, "--poses", copy / "groundtruth.txt", "-o", "out",
+                     says=["poses (given)", "no common clock"])
 
     def test_clocks_that_disagree(self):
         copy = self.copy()

@@ -60,6 +60,8 @@ bool is_fatal(const Finding& finding, const RecordingReport& report, const Prefl
     case FindingKind::kInvertedPoses:
     case FindingKind::kPoseUnit:
       return options.poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
+    case FindingKind::kMissingPoses:
+      return options.poses == PoseUse::kBuildsOn && report.info.posed_count == 0;
     case FindingKind::kMissingColor:
       return options.needs_color;
     case FindingKind::kDepthRange:

@@ -36,8 +36,8 @@ struct Preflight {
 /// images are decoded), and what its reader left out. A recording whose colour is not registered to depth is
 /// replaced by one where it is, if its images show how (fit_color_registration()). Error (kInvalidValue): no
 /// sensible result can come out, because depth is in another unit, the poses that the run builds on are
-/// inverted or not in metres, fy has the wrong sign, depth images are empty, or colour is missing where the
-/// run needs it.
+/// inverted, not in metres or of another clock, fy has the wrong sign, depth images are empty, or colour is
+/// missing where the run needs it.
 Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options);
 
 /// Findings of inspect_laser_recording() and what the reader left out, each sentence once.
