@@ -106,19 +106,28 @@ Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::si
     overlap_s = (std::min(truth.back().stamp, estimate.back().stamp) -
                  std::max(truth.front().stamp, estimate.front().stamp))
                     .seconds();
-  return {
-      ErrorCode::kInvalidValue,
-      fmt::format("{} of at least 3 poses match ({} {:g} s): the truth has {}, the estimate has {}; they "
-                  "overlap by {:.3f} s. Compare the stamps' clocks, or {}",
-                  pairs, nearest ? "stamps within" : "between two true poses within",
-                  nearest ? params.max_stamp_difference_s : params.max_truth_gap_s, span(truth),
-                  span(estimate), std::max(0.0, overlap_s),
-                  nearest ? "allow a larger difference (trajectory_error.max_stamp_difference_s)"
-                          : "allow a larger gap (trajectory_error.max_truth_gap_s), or use the nearest pose "
-                            "(trajectory_error.association=nearest)"),
-      truth.empty()      ? kTrueTrajectory
-      : estimate.empty() ? kEstimatedTrajectory
-                         : ""};
+  std::string advice =
+      nearest
+          ? "Compare the stamps' clocks, or allow a larger difference "
+            "(trajectory_error.max_stamp_difference_s)"
+          : "Compare the stamps' clocks, or allow a larger gap (trajectory_error.max_truth_gap_s), or use "
+            "the nearest pose (trajectory_error.association=nearest)";
+  if (overlap_s < 0) {
+    const double later_s = (estimate.front().stamp - truth.front().stamp).seconds();
+    advice = fmt::format(
+        "The clocks have nothing in common: the estimate begins {:.3f} s {} than the truth. If both begin at "
+        "the same moment, add {:.3f} s to the stamps of the estimate",
+        std::abs(later_s), later_s > 0 ? "later" : "earlier", -later_s);
+  }
+  return {ErrorCode::kInvalidValue,
+          fmt::format("{} of at least 3 poses match ({} {:g} s): the truth has {}, the estimate has {}; they "
+                      "overlap by {:.3f} s. {}",
+                      pairs, nearest ? "stamps within" : "between two true poses within",
+                      nearest ? params.max_stamp_difference_s : params.max_truth_gap_s, span(truth),
+                      span(estimate), std::max(0.0, overlap_s), advice),
+          truth.empty()      ? kTrueTrajectory
+          : estimate.empty() ? kEstimatedTrajectory
+                             : ""};
 }
 
 /// Distance along the true path up to each pair, metres.
@@ -151,6 +160,28 @@ Result<void> check_scale(const std::vector<Vec3>& positions) {
               "the estimate's {} matched poses stay within {:g} m, so its scale cannot be found; align with "
               "se3 instead",
               positions.size(), spread_m);
+}
+
+/// Root mean square of the distances between moved and other points.
+double fit_rmse_m(const SimilarityTransform& moves, std::span<const Vec3> from, std::span<const Vec3> to) {
+  double sum_m2 = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) sum_m2 += (moves * from[i] - to[i]).squaredNorm();
+  return std::sqrt(sum_m2 / static_cast<double>(from.size()));
+}
+
+/// Lengths of the two paths, and the size of one relative to the other.
+void add_sizes(TrajectoryError& result, const std::vector<Vec3>& truth, const std::vector<Vec3>& estimate) {
+  constexpr double kLeastScale = 1e-9, kOff_ratio = 1.1, kExplained_ratio = 0.5;
+  result.truth_path_m = path_length(truth);
+  result.estimate_path_m = path_length(estimate);
+  if (!check_scale(estimate) || !check_scale(truth)) return;
+  const SimilarityTransform similar = align_points(estimate, truth, TrajectoryAlignment::kSim3);
+  if (!(similar.scale > kLeastScale)) return;
+  result.size_ratio = 1 / similar.scale;
+  const SimilarityTransform rigid = align_points(estimate, truth, TrajectoryAlignment::kSe3);
+  result.wrong_size =
+      std::max(similar.scale, 1 / similar.scale) > kOff_ratio &&
+      fit_rmse_m(similar, estimate, truth) < kExplained_ratio * fit_rmse_m(rigid, estimate, truth);
 }
 
 /// Applies the alignment to the estimate and computes the absolute errors of its positions.
@@ -278,7 +309,7 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
   result.alignment = align_points(positions, true_positions, params.alignment);
   add_position_errors(result);
   add_rotation_errors(result, params.alignment);
-  result.truth_path_m = path_length(true_positions);
+  add_sizes(result, true_positions, positions);
   result.relative = relative_errors(result.matched, params.rpe_unit, params.rpe_delta);
   result.per_frame = relative_errors(result.matched, RpeUnit::kFrames, 1);
   result.per_second = relative_errors(result.matched, RpeUnit::kSeconds, 1);

@@ -98,7 +98,14 @@ struct TrajectoryError {
   RelativeErrors per_second;  ///< over one second
   RelativeErrors per_metre;   ///< over one metre of the true path; empty when it is shorter
   std::size_t pairs = 0;
-  double truth_path_m = 0;  ///< length of the true path through the pairs
+  double truth_path_m = 0;     ///< length of the true path through the pairs
+  double estimate_path_m = 0;  ///< length of the estimated path through the pairs, as given
+  /// Size of the estimate relative to the truth: the inverse of a similarity alignment's scale, whatever the
+  /// `alignment`. Nothing where one of the two hardly moves.
+  std::optional<double> size_ratio;
+  /// True when that is off by more than 10 %, and the similarity leaves less than half of the error that a
+  /// rigid alignment leaves: it is the scale, not an estimate that has little to do with the truth.
+  bool wrong_size = false;
   SimilarityTransform alignment;
   /// Rotation that minimises the chordal distances of the orientations, sum |R_truth - R_own R_estimate|^2
   /// (Hartley et al. 2013, "Rotation averaging", 5.3), of the same kind as `alignment` (none, yaw, any).

@@ -251,6 +251,33 @@ TEST(TrajectoryError, SaysWhyNothingMatches) {
   EXPECT_THAT(evaluate_trajectory({}, walk()).error().message, testing::HasSubstr("no pose"));
 }
 
+TEST(TrajectoryError, ClocksThatHaveNothingInCommonAreToldApartByANumber) {
+  Trajectory late = walk();
+  for (StampedPose& pose : late) pose.stamp = pose.stamp + Duration::from_seconds(1305031000);
+  const auto error = evaluate_trajectory(late, walk());
+  ASSERT_FALSE(error);
+  EXPECT_THAT(error.error().message, testing::HasSubstr("the estimate begins 1305031000.000 s earlier"));
+  EXPECT_THAT(error.error().message,
+              testing::HasSubstr("add 1305031000.000 s to the stamps of the estimate"));
+  EXPECT_EQ(error.error().message.find("larger gap"), std::string::npos);
+}
+
+TEST(TrajectoryError, AWrongSizeIsToldFromAnEstimateThatHasLittleToDoWithTheTruth) {
+  const auto scaled = evaluate_trajectory(walk(), moved(walk(), SE3(), 0.2));
+  ASSERT_TRUE(scaled);
+  EXPECT_TRUE(scaled->wrong_size);
+  EXPECT_NEAR(scaled->size_ratio.value_or(0), 0.2, 1e-9);
+  EXPECT_NEAR(scaled->estimate_path_m, 0.2 * scaled->truth_path_m, 0.005);  // counted by steps of 2 cm
+  EXPECT_FALSE(evaluate_trajectory(walk(), moved(walk(), SE3(), 1.05))->wrong_size);
+  Rng rng(4);
+  Trajectory random = walk();
+  for (StampedPose& pose : random)
+    pose.T_world_base = {pose.T_world_base.rotation(), Vec3(rng.normal(), rng.normal(), rng.normal())};
+  EXPECT_FALSE(evaluate_trajectory(walk(), random)->wrong_size);
+  for (StampedPose& pose : random) pose.T_world_base = {pose.T_world_base.rotation(), Vec3::Ones()};
+  EXPECT_FALSE(evaluate_trajectory(walk(), random)->size_ratio);
+}
+
 TEST(TrajectoryError, DegeneratePathsAreNamed) {
   const auto line = evaluate_trajectory(straight(0, 0), straight(0.1, 0), with(TrajectoryAlignment::kSe3));
   ASSERT_TRUE(line.has_value());

@@ -103,7 +103,11 @@ void add_error_plots(HtmlReport& report, const TrajectoryError& error) {
   PlotOptions plot;
   plot.x.label = "time (s)", plot.y.label = "error (m)";
   report.add_svg(plot_svg(std::span(&position, 1), plot), "Absolute position error.");
-  std::vector<PlotSeries> relative{over_time(error.per_second, "over 1 second", begin)};
+  std::vector<PlotSeries> relative;
+  if (!error.per_second.spans.empty())
+    relative.push_back(over_time(error.per_second, "over 1 second", begin));
+  else
+    relative.push_back(over_time(error.per_frame, "over 1 frame", begin));
   const bool own = error.relative.unit != RpeUnit::kSeconds || error.relative.delta != 1;
   if (own) relative.push_back(over_time(error.relative, "over " + span_name(error.relative), begin));
   report.add_svg(plot_svg(relative, plot), "Relative translation error of the spans that begin there.");

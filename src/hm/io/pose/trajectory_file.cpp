@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 
 namespace hm {
@@ -51,10 +52,14 @@ SE3 pose_of_tum(const std::array<double, 7>& v) {
   return {Eigen::Quaterniond(v[6], v[3], v[4], v[5]), Vec3(v[0], v[1], v[2])};
 }
 
+/// What becomes of a line whose stamp does not come after the one before.
+enum class Repeated { kIsAnError, kIsLeftOut };
+
 /// Reads one file line by line; recognises the format from a comment or the first line of data.
 class TrajectoryReader {
  public:
-  explicit TrajectoryReader(const TextFile& file) : file_(file) {}
+  explicit TrajectoryReader(const TextFile& file, Repeated repeated = Repeated::kIsAnError)
+      : file_(file), repeated_(repeated) {}
 
   Result<Trajectory> read() {
     for (const std::string_view comment : file_.comments())
@@ -62,6 +67,7 @@ class TrajectoryReader {
         format_ = Format::kEuroc;
     for (const TextLine& line : file_.lines()) {
       where_ = file_.where(line);
+      line_number_ = line.number;
       if (const auto added = add(line.text); !added) return forward_error(added);
     }
     if (trajectory_.empty()) return fail(ErrorCode::kCorrupted, file_.where(), "holds no pose");
@@ -72,6 +78,8 @@ class TrajectoryReader {
   /// Numbers of the frames, where poses have no stamps.
   [[nodiscard]] const std::vector<std::size_t>& frames() const { return frames_; }
   [[nodiscard]] bool names_frames() const { return format_ == Format::kRedwood; }
+  /// Number of the line where each pose was read.
+  [[nodiscard]] const std::vector<std::size_t>& line_numbers() const { return line_numbers_; }
 
  private:
   using Row = std::vector<std::string_view>;
@@ -167,20 +175,25 @@ class TrajectoryReader {
   }
 
   Result<void> append(const StampedPose& pose) {
-    if (!trajectory_.empty() && pose.stamp <= trajectory_.back().stamp)
+    const bool refuses = repeated_ == Repeated::kIsAnError || !has_stamps();
+    if (refuses && !trajectory_.empty() && pose.stamp <= trajectory_.back().stamp)
       return fail(ErrorCode::kInvalidValue, where_,
                   "the stamp does not come after the one before ({} ns back)",
                   (trajectory_.back().stamp - pose.stamp).ns);
     trajectory_.push_back(pose);
+    line_numbers_.push_back(line_number_);
     return {};
   }
 
   const TextFile& file_;
-  std::string where_;  ///< the line that is being read
+  Repeated repeated_;
+  std::string where_;            ///< the line that is being read
+  std::size_t line_number_ = 0;  ///< its number
   std::optional<Format> format_;
   Trajectory trajectory_;
-  std::optional<std::uint32_t> frame_;  ///< Redwood: whose matrix is being read
-  Row rows_;                            ///< what has been read of it
+  std::vector<std::size_t> line_numbers_;  ///< where each pose was read
+  std::optional<std::uint32_t> frame_;     ///< Redwood: whose matrix is being read
+  Row rows_;                               ///< what has been read of it
   std::vector<std::size_t> frames_;
 };
 
@@ -195,6 +208,18 @@ Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
   return TrajectoryReader(*file).read();
+}
+
+Result<TrajectoryFile> read_trajectory_file(const std::filesystem::path& path) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  TrajectoryReader reader(*file, Repeated::kIsLeftOut);
+  auto poses = reader.read();
+  if (!poses) return forward_error(poses);
+  detail::SkipCounter skips(path);
+  Trajectory increasing = detail::keep_increasing(
+      std::move(*poses), reader.line_numbers(), [](const StampedPose& pose) { return pose.stamp; }, skips);
+  return TrajectoryFile{std::move(increasing), reader.has_stamps(), reader.names_frames(), skips.take()};
 }
 
 Result<Trajectory> read_trajectory_of(const std::filesystem::path& path, std::span<const Time> stamps) {

@@ -1,9 +1,11 @@
 #pragma once
 #include <filesystem>
 #include <span>
+#include <vector>
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/trajectory.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 
 namespace hm {
 
@@ -24,6 +26,17 @@ namespace hm {
 /// that do not increase, no pose at all, a Redwood block of a pair of frames or cut off. Decimal stamps are
 /// read exactly, to the nanosecond.
 Result<Trajectory> read_trajectory(const std::filesystem::path& path);
+
+/// Poses of a text file, with what their stamps are.
+struct TrajectoryFile {
+  Trajectory poses;
+  bool has_stamps = true;             ///< false: pose i got i seconds
+  bool names_frames = false;          ///< true: without stamps, but each pose says of which frame it is
+  std::vector<SkippedLines> skipped;  ///< lines whose stamp repeats or runs backwards
+};
+/// The same, leaving out as few lines as possible so that stamps increase, as for the poses in a folder of a
+/// recording.
+Result<TrajectoryFile> read_trajectory_file(const std::filesystem::path& path);
 
 /// The same for the frames of a recording, whose stamps these are: poses without stamps are those of the
 /// frames with their numbers, from 0 on. Further errors (kInvalidValue): KITTI or Replica with another number

@@ -208,6 +208,25 @@ TEST(TrajectoryFile, ErrorsNameTheLine) {
   EXPECT_FALSE(read_trajectory(folder / ""));
 }
 
+TEST(TrajectoryFile, RepeatedStampsAreLeftOutAndCountedWhereAskedFor) {
+  const TemporaryFolder folder;
+  const std::string pose = " 0 0 0 0 0 0 1\n";
+  write_bytes(folder / "t.txt", "1" + pose + "2" + pose + "2" + pose + "0.5" + pose + "3" + pose);
+  EXPECT_FALSE(read_trajectory(folder / "t.txt"));
+  const auto read = read_trajectory_file(folder / "t.txt");
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_TRUE(read->has_stamps);
+  ASSERT_EQ(read->poses.size(), 3U);
+  EXPECT_EQ(read->poses.back().stamp, Time::from_seconds(3));
+  ASSERT_EQ(read->skipped.size(), 1U);
+  EXPECT_EQ(to_string(read->skipped.front()),
+            "2 lines of t.txt left out: stamps that run backwards or repeat (first: t.txt:3)");
+  write_bytes(folder / "k.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  const auto bare = read_trajectory_file(folder / "k.txt");
+  ASSERT_TRUE(bare);
+  EXPECT_FALSE(bare->has_stamps || bare->names_frames);
+}
+
 TEST(TrajectoryFile, WritingNowhereIsAnErrorAndLeavesNothing) {
   const TemporaryFolder folder;
   const auto nowhere = write_tum_trajectory(folder / "no/t.txt", random_trajectory(2, 4));

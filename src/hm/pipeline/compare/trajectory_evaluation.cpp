@@ -1,6 +1,7 @@
 #include "hm/pipeline/compare/trajectory_evaluation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "hm/core/angle.hpp"
@@ -20,26 +21,86 @@ enum class PosesOfRecording { kReported, kTrue };
 
 struct ReadPoses {
   Trajectory poses;
-  fs::path source;  ///< file, or files, that they were read from
+  fs::path source;                               ///< file, or files, that they were read from
+  bool has_stamps = true, names_frames = false;  ///< as in TrajectoryFile
 };
+
+void add_once(std::vector<std::string>& warnings, std::string warning) {
+  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
+    warnings.push_back(std::move(warning));
+}
+
+/// Where a file is not there: what names the trajectory of the same folder with another ending, if any.
+std::string with_other_ending(const fs::path& missing) {
+  std::error_code code;
+  for (const char* ending : {".tum", ".txt", ".csv", ".kitti", ".log"}) {
+    fs::path other = missing;
+    other.replace_extension(ending);
+    if (fs::is_regular_file(other, code))
+      return fmt::format("; did you mean {}, which is there?", other.string());
+  }
+  return {};
+}
+
+Result<ReadPoses> read_poses_of_file(const fs::path& path, std::vector<std::string>& warnings) {
+  auto file = read_trajectory_file(path);
+  if (!file) {
+    Error error = file.error();
+    if (error.code == ErrorCode::kNotFound) error.message += with_other_ending(path);
+    return tl::make_unexpected(std::move(error));
+  }
+  for (const SkippedLines& skipped : file->skipped) add_once(warnings, to_string(skipped));
+  return ReadPoses{std::move(file->poses), path, file->has_stamps, file->names_frames};
+}
 
 /// A trajectory file, or the poses of a recording: those that its device reports, or the true ones.
 Result<ReadPoses> read_poses(const fs::path& path, PosesOfRecording which,
                              std::vector<std::string>& warnings) {
   std::error_code code;
-  if (!fs::is_directory(path, code)) {
-    auto poses = read_trajectory(path);
-    if (!poses) return forward_error(poses);
-    return ReadPoses{std::move(*poses), path};
-  }
+  if (!fs::is_directory(path, code)) return read_poses_of_file(path, warnings);
   auto recording = open_recording(path);
   if (!recording) return forward_error(recording);
   const RecordingInfo& info = (*recording)->info();
-  for (std::string& warning : reading_warnings(info))
-    if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
-      warnings.push_back(std::move(warning));
+  for (std::string& warning : reading_warnings(info)) add_once(warnings, std::move(warning));
   if (which == PosesOfRecording::kTrue) return ReadPoses{true_trajectory(info), truth_source(info)};
   return ReadPoses{info.trajectory, pose_source(info)};
+}
+
+/// Error where nothing says which poses of the two belong together, or where a span of seconds is wanted of
+/// poses without stamps.
+Result<void> check_stamps(const ReadPoses& truth, const ReadPoses& estimate,
+                          const TrajectoryErrorParams& params) {
+  if (truth.poses.empty() || (truth.has_stamps && estimate.has_stamps)) return {};
+  if (truth.has_stamps != estimate.has_stamps)
+    return fail(ErrorCode::kInvalidValue, truth.has_stamps ? estimate.source : truth.source,
+                "the {} has {} poses without stamps, and the {} {} with stamps: which belong together is not "
+                "known. Give both stamps (TUM, EuRoC), or neither",
+                truth.has_stamps ? "estimate" : "truth",
+                truth.has_stamps ? estimate.poses.size() : truth.poses.size(),
+                truth.has_stamps ? "truth" : "estimate",
+                truth.has_stamps ? truth.poses.size() : estimate.poses.size());
+  const bool both_name_frames = truth.names_frames && estimate.names_frames;
+  if (!both_name_frames && truth.poses.size() != estimate.poses.size())
+    return fail(ErrorCode::kInvalidValue, estimate.source,
+                "the estimate has {} poses without stamps, and the truth {}: which belong together is not "
+                "known. Give both stamps (TUM, EuRoC), or compare as many poses",
+                estimate.poses.size(), truth.poses.size());
+  if (params.rpe_unit == RpeUnit::kSeconds)
+    return fail(ErrorCode::kInvalidValue, estimate.source,
+                "poses without stamps have no error over seconds: set trajectory_error.rpe_unit to frames or "
+                "metres");
+  return {};
+}
+
+/// A warning where the estimate has another size than the truth; empty otherwise.
+std::string size_warning(const EvaluatedTrajectory& estimate, TrajectoryAlignment alignment) {
+  const TrajectoryError& error = estimate.error;
+  if (!error.wrong_size || !error.size_ratio) return {};
+  return fmt::format("{}: the estimate is {:.3f} times the size of the truth{}", estimate.path.string(),
+                     *error.size_ratio,
+                     alignment == TrajectoryAlignment::kSim3
+                         ? ""
+                         : "; is it in another unit? `--alignment sim3` fits the size too");
 }
 
 /// The file of the poses that a result beside this trajectory was built with; empty where none says so.
@@ -119,7 +180,7 @@ void add_rotations(SummaryTree& v, const TrajectoryError& error) {
 std::string text_of_one(const TrajectoryError& error) {
   const SummaryTree tree = describe(error);
   std::string text = tree.lines(
-      {"{pairs|pair of poses|pairs of poses}, true path {truth_path_m}",
+      {"{pairs|pair of poses|pairs of poses}, true path {truth_path_m}, estimated path {estimate_path_m}",
        "absolute error (ATE)    rmse {ate_rmse_m}, median {ate_median_m}, max {ate_max_m}",
        "without alignment       rmse {ate_given_rmse_m}, median {ate_given_median_m}, max {ate_given_max_m}",
        "orientation             rmse {rotation_rmse_rad}, max {rotation_max_rad}",
@@ -168,6 +229,8 @@ Result<TrajectoryComparison> evaluate_trajectory_files(std::span<const fs::path>
   for (const fs::path& path : estimates) {
     const auto estimated = read_poses(path, PosesOfRecording::kReported, comparison.warnings);
     if (!estimated) return forward_error(estimated);
+    if (const auto checked = check_stamps(*true_poses, *estimated, params); !checked)
+      return forward_error(checked);
     auto error = evaluate_trajectory(true_poses->poses, estimated->poses, params);
     if (!error) {
       const fs::path& at_fault = error.error().where != kTrueTrajectory ? path
@@ -175,10 +238,12 @@ Result<TrajectoryComparison> evaluate_trajectory_files(std::span<const fs::path>
                                                                         : true_poses->source;
       return fail(error.error().code, at_fault.string(), "{}", error.error().message);
     }
-    comparison.estimates.push_back({{}, path, std::move(*error)});
-    std::string warning =
-        one_source_warning(comparison.estimates.back(), estimated->source, true_poses->source);
-    if (!warning.empty()) comparison.warnings.push_back(std::move(warning));
+    if (!estimated->has_stamps) error->per_second = {RpeUnit::kSeconds, 1, {}, {}, {}};
+    const EvaluatedTrajectory& added = comparison.estimates.emplace_back(
+        EvaluatedTrajectory{.name = {}, .path = path, .error = std::move(*error)});
+    for (std::string& warning : std::array{one_source_warning(added, estimated->source, true_poses->source),
+                                           size_warning(added, params.alignment)})
+      if (!warning.empty()) comparison.warnings.push_back(std::move(warning));
   }
   name_trajectories(comparison.estimates);
   return comparison;
@@ -199,6 +264,9 @@ void visit(const TrajectoryError& error, SummaryTree& v) {
   v({"pairs"}, error.pairs);
   v({"relative_pairs"}, error.relative.spans.size());
   v({"truth_path_m", {}, "{:.2f} m"}, error.truth_path_m);
+  v({"estimate_path_m", {}, "{:.2f} m"}, error.estimate_path_m);
+  v.or_null({"size_ratio", {}, "{:.3f}"}, error.size_ratio);
+  v({"wrong_size"}, error.wrong_size);
   v({"alignment_scale_ratio", {}, "{:.5f}"}, error.alignment.scale);
   add_relative(v, "rpe_frame", error.per_frame);
   add_relative(v, "rpe_second", error.per_second);

@@ -26,7 +26,9 @@ struct TrajectoryComparison {
 /// Reads trajectories and compares each with the truth. Each is a file (TUM, EuRoC, KITTI) or the folder of a
 /// recording: as an estimate it stands for the poses that its device reports, as truth for its
 /// true_trajectory(). Warns where an estimate and the truth have one source: the same poses, or the result of
-/// `hm reconstruct` with the poses that are now the truth.
+/// `hm reconstruct` with the poses that are now the truth; and where an estimate has another size.
+/// Error where poses of one have stamps and those of the other do not; where neither has and their numbers
+/// differ (pose i belongs to pose i; what is over a second is left out then).
 Result<TrajectoryComparison> evaluate_trajectory_files(std::span<const std::filesystem::path> estimates,
                                                        const std::filesystem::path& truth,
                                                        const TrajectoryErrorParams& params);
