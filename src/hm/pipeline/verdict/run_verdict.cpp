@@ -137,7 +137,18 @@ void visit(const StepConsistency& steps, SummaryTree& v) {
   v({"color_rad", "worst neighbours, colour moved by", "{:.3f} rad"}, steps.color_rad);
 }
 
-constexpr std::size_t kEnoughToBreak = 9;
+/// Whether so much is contradicted, at so many places, that the result is not to be used as a whole.
+bool breaks(const VisitConsistency& visits, const VisitLimits& limits) {
+  constexpr std::size_t kEnough = 9, kFew = 5;
+  constexpr double kNearlyAll_ratio = 0.6;  // of what is seen at a place
+  if (visits.places >= kEnough)
+    return visits.worst_ratio > limits.broken_ratio || visits.p95_ratio > limits.broken_p95_ratio;
+  if (visits.places < kFew) return false;
+  std::vector<double> ratios;
+  for (const VisitComparison& comparison : visits.comparisons)
+    ratios.push_back(comparison.contradicted_ratio);
+  return quantile(std::move(ratios), 0.5) > kNearlyAll_ratio;
+}
 
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict) {
@@ -145,9 +156,7 @@ void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& l
   verdict.doubtful_ratio = limits.doubtful_ratio;
   const VisitConsistency& visits = *verdict.visits;
   if (visits.places == 0 || visits.worst_ratio <= limits.doubtful_ratio) return;
-  const bool broken = visits.places >= kEnoughToBreak && (visits.worst_ratio > limits.broken_ratio ||
-                                                          visits.p95_ratio > limits.broken_p95_ratio);
-  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+  verdict.add(breaks(visits, limits) ? MapVerdict::kBroken : MapVerdict::kDoubtful,
               fmt::format("around {:.1f} s after the start, {:.0f} % of what {} show stands in the free "
                           "space of another visit",
                           visits.worst_time_s, 100 * visits.worst_ratio, what));

@@ -88,7 +88,8 @@ struct VisitLimits {
   double broken_ratio;      ///< in the worst window; 1: it does not decide
   double broken_p95_ratio;  ///< in 5 % of the windows
 };
-/// Adds what the comparisons say. Less than nine of them cannot call a result broken. `what`: "scans".
+/// Adds what the comparisons say. Less than nine of them call a result broken only where they are five or
+/// more and their median is over 0.6; less than five never. `what`: "scans".
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict);
 

@@ -79,9 +79,15 @@ TEST(RunVerdict, ModerateContradictionsAreDoubtfulAndBrokenWhenWidespread) {
   EXPECT_EQ(judged(all).value, MapVerdict::kBroken);
 }
 
-TEST(RunVerdict, FewComparisonsCallNothingBroken) {
+TEST(RunVerdict, FewComparisonsCallBrokenOnlyWhatMostOfThemContradictNearlyAllOf) {
   EXPECT_EQ(judged(comparisons(3, 0.9)).value, MapVerdict::kDoubtful);
   EXPECT_EQ(judged(comparisons(3, 0.1)).value, MapVerdict::kOk);
+  EXPECT_EQ(judged(comparisons(4, 0.9)).value, MapVerdict::kDoubtful);
+  EXPECT_EQ(judged(comparisons(6, 0.9)).value, MapVerdict::kBroken);
+  EXPECT_EQ(judged(comparisons(8, 0.55)).value, MapVerdict::kDoubtful);
+  auto mixed = comparisons(6, 0.9);
+  for (std::size_t i = 0; i < 3; ++i) mixed[i].contradicted_ratio = 0.1;
+  EXPECT_EQ(judged(mixed).value, MapVerdict::kDoubtful);
 }
 
 TEST(RunVerdict, ManyMissingPosesSpeakAgainstAResult) {
