@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "flags/laser_flags.hpp"
+#include "flags/recording_flags.hpp"
 #include "flags/serve_flags.hpp"
 #include "hm/pipeline/laser/run/laser_run.hpp"
 #include "program.hpp"
@@ -11,6 +12,7 @@ struct LaserVerbFlags {
   OutputFlags output;
   std::string recording, relations, saved_map, pace = "fast";
   LaserFlags of_laser;
+  RecordingFlags of_recording;  ///< only --force
   ServeFlags serve;
 };
 
@@ -22,6 +24,7 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   options.existing = flags.output.existing();
   options.relations = flags.relations;
   options.saved_map = flags.saved_map;
+  options.force = flags.of_recording.force;
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
   auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -60,6 +63,7 @@ void add_laser(Program& program) {
       .add_option("--pace", flags->pace,
                   "fast (default): as fast as possible; realtime: at the pace of the recording")
       .one_of({"fast", "realtime"});
+  flags->of_recording.add_force_to(command);
   flags->of_laser.add_to(command);
 }
 

@@ -23,16 +23,20 @@ class SkipCounter {
     counter.unit_ = "message";
     return counter;
   }
-  /// Counts a line, at most once per reason.
-  void add(SkippedLines::Reason reason, std::size_t line) {
+  /// Counts a line, at most once per reason. Lines with the same reason and words of `why` are one entry;
+  /// after a few words the others are counted without.
+  void add(SkippedLines::Reason reason, std::size_t line, std::string why = {}) {
+    constexpr std::size_t kMostEntries = 8;
     if (!seen_.emplace(reason, line).second) return;
+    const auto is_of = [&](const SkippedLines& known) { return known.reason == reason && known.why == why; };
+    if (skipped_.size() >= kMostEntries && std::ranges::none_of(skipped_, is_of)) why.clear();
     for (SkippedLines& known : skipped_) {
-      if (known.reason != reason) continue;
+      if (!is_of(known)) continue;
       ++known.count;
       known.first_line = std::min(known.first_line, line);
       return;
     }
-    skipped_.push_back({reason, file_, 1, line, unit_});
+    skipped_.push_back({reason, file_, 1, line, unit_, {}, std::move(why)});
   }
   [[nodiscard]] std::vector<SkippedLines> take() { return std::move(skipped_); }
 

@@ -7,7 +7,8 @@
 namespace hm {
 
 std::string to_string(const SkippedLines& skipped) {
-  const auto reason = [&] {
+  const auto reason = [&]() -> std::string_view {
+    if (!skipped.why.empty()) return skipped.why;
     switch (skipped.reason) {
       case SkippedLines::Reason::kStampNotIncreasing:
         return "stamps that run backwards or repeat";

@@ -14,6 +14,7 @@ struct SkippedLines {
   std::size_t first_line = 0;      ///< counted from 1
   std::string_view unit = "line";  ///< what is counted: "line", "message", "part"
   std::string place = {};          ///< description of the first, where it has no line number
+  std::string why = {};            ///< what is wrong, where more is known than the reason
 };
 std::string to_string(const SkippedLines& skipped);
 

@@ -14,6 +14,7 @@ constexpr double kSickRange_m = 80.0;  // default
 struct PosedScan {
   LaserScan scan;
   SE2 laser_pose, robot_pose;  ///< in the frame of the odometry, or corrected
+  double heading_rad = 0;      ///< of robot_pose, as written
 };
 
 /// FLASER n r... x y theta odom_x odom_y odom_theta ipc_stamp host logger_stamp. Half a circle in front.
@@ -25,6 +26,7 @@ std::optional<PosedScan> parse_flaser(const std::vector<std::string_view>& colum
   scan.ranges_m = reader.floats(count, 1.0);
   posed.laser_pose = reader.pose();
   posed.robot_pose = reader.pose();
+  posed.heading_rad = reader.heading_rad();
   scan.stamp = reader.stamp();
   if (!reader.ok() || count < 2) return std::nullopt;
   // Both 180 and 181 beams are one degree apart: for an odd number the last one is at +90 degrees.
@@ -33,6 +35,16 @@ std::optional<PosedScan> parse_flaser(const std::vector<std::string_view>& colum
   scan.angle_increment_rad = std::numbers::pi / static_cast<double>(steps);
   scan.range_max_m = range_max_m;
   return posed;
+}
+
+/// Why a line with FLASER is none, if it is known: old logs end after the ranges, or with the stamp.
+std::string problem_of_flaser(const std::vector<std::string_view>& columns) {
+  constexpr std::size_t kMostWithoutPoses = 3;  // ipc_stamp host logger_stamp
+  NumberReader reader(columns, 1);
+  const std::size_t count = reader.count();
+  reader.skip(count);
+  if (!reader.ok() || count < 2 || reader.remaining() > kMostWithoutPoses) return {};
+  return fmt::format("no poses after the {} ranges", count);
 }
 
 /// laser_type start_angle fov resolution max_range accuracy remission_mode n r... n remissions...
@@ -69,6 +81,7 @@ std::optional<PosedScan> parse_robot_laser(const std::vector<std::string_view>& 
   if (!read_laser_part(reader, posed.scan)) return std::nullopt;
   posed.laser_pose = reader.pose();
   posed.robot_pose = reader.pose();
+  posed.heading_rad = reader.heading_rad();
   reader.skip(kSafetyColumns);
   posed.scan.stamp = reader.stamp();
   return reader.ok() ? std::optional(posed) : std::nullopt;
@@ -140,7 +153,8 @@ void CarmenReader::read(const TextLine& line) {
 
 void CarmenReader::add(const std::string& name, std::optional<PosedScan> scan, const TextLine& line) {
   if (!scan) {
-    log_.skip_malformed(line);
+    const bool is_old = name == "FLASER" || name == "RLASER";
+    log_.skip_malformed(line, is_old ? problem_of_flaser(words(line.text)) : std::string());
     return;
   }
   posed_[name].scans.push_back(std::move(*scan));
@@ -159,9 +173,11 @@ void CarmenReader::read_odometry(const std::vector<std::string_view>& columns, c
   constexpr std::size_t kVelocityColumns = 3;
   NumberReader reader(columns, 1);
   const SE2 pose = reader.pose();
+  const double heading_rad = reader.heading_rad();
   reader.skip(kVelocityColumns);
   const Time stamp = reader.stamp();
   if (!reader.ok()) return log_.skip_malformed(line);
+  log_.add_heading({stamp, heading_rad});
   log_.add_odometry({stamp, pose.to_se3()}, line);
   has_odometry_ = true;
 }
@@ -184,7 +200,10 @@ void CarmenReader::add_stream(const std::string& name, Posed& posed) {
   for (std::size_t i = 0; i < posed.scans.size(); ++i) {
     const TextLine& line = posed.lines[i];
     const Time stamp = posed.scans[i].scan.stamp;
-    if (gives_odometry) log_.add_odometry({stamp, posed.scans[i].robot_pose.to_se3()}, line);
+    if (gives_odometry) {
+      log_.add_heading({stamp, posed.scans[i].heading_rad});
+      log_.add_odometry({stamp, posed.scans[i].robot_pose.to_se3()}, line);
+    }
     if (gives_truth) log_.add_truth({stamp, posed.scans[i].laser_pose.to_se3()}, line);
     log_.add_scan(name, std::move(posed.scans[i].scan), line);
   }

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "hm/core/text/counted.hpp"
@@ -31,36 +29,24 @@ struct Topic {
 };
 
 /// Reason for skipping a message, if any.
-using Verdict = std::optional<SkippedLines::Reason>;
+using Verdict = std::optional<ReadingProblem>;
 
-Verdict judge(const ScanMessage& message) {
-  constexpr double kMostTurns = 1.1;
-  const LaserScan& scan = message.scan;
-  const double span_rad = scan.angle_increment_rad * static_cast<double>(scan.size());
-  if (!std::isfinite(scan.angle_min_rad) || !std::isfinite(span_rad) ||
-      !std::isfinite(scan.time_increment_s) || !std::isfinite(scan.range_min_m) ||
-      !(scan.range_max_m > scan.range_min_m))
-    return SkippedLines::Reason::kNotFinite;
-  if (scan.ranges_m.empty() || scan.angle_increment_rad == 0 ||
-      std::fabs(span_rad) > kMostTurns * 2 * std::numbers::pi)
-    return SkippedLines::Reason::kMalformed;
-  return {};
-}
+Verdict judge(const ScanMessage& message) { return problem_of(message.scan); }
 
 Verdict judge(const ImuMessage& message) {
   const bool finite =
       message.sample.angular_velocity_rad_s.allFinite() && message.sample.specific_force_m_s2.allFinite();
-  return finite ? Verdict{} : SkippedLines::Reason::kNotFinite;
+  return finite ? Verdict{} : ReadingProblem{SkippedLines::Reason::kNotFinite, {}};
 }
 
 Verdict judge(const RangeMessage& message) {
-  return message.reading.range_m >= 0 ? Verdict{} : SkippedLines::Reason::kNotFinite;
+  return message.reading.range_m >= 0 ? Verdict{} : ReadingProblem{SkippedLines::Reason::kNotFinite, {}};
 }
 
 Verdict judge(const PoseMessage& message) {
   if (!message.position_m.allFinite() || !message.quaternion.allFinite())
-    return SkippedLines::Reason::kNotFinite;
-  return rotation_of(message.quaternion) ? Verdict{} : SkippedLines::Reason::kNotRigid;
+    return ReadingProblem{SkippedLines::Reason::kNotFinite, {}};
+  return rotation_of(message.quaternion) ? Verdict{} : ReadingProblem{SkippedLines::Reason::kNotRigid, {}};
 }
 
 /// All topics of one message type.
@@ -81,9 +67,9 @@ class Topics {
     auto& topic = topics_.try_emplace(connection.topic).first->second;
     if (++topic.seen == 1) topic.skips = SkipCounter::of_messages(connection.topic);
     auto message = parse_(bag_message.data);
-    const Verdict verdict = message ? judge(*message) : SkippedLines::Reason::kMalformed;
-    if (verdict) {
-      topic.skips.add(*verdict, topic.seen);
+    Verdict problem = message ? judge(*message) : ReadingProblem{SkippedLines::Reason::kMalformed, {}};
+    if (problem) {
+      topic.skips.add(problem->reason, topic.seen, std::move(problem->why));
       return;
     }
     // Drivers without stamps write zero: the time of arrival is used instead.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "hm/core/text/counted.hpp"
 
@@ -45,7 +44,8 @@ Time NumberReader::stamp() {
 
 SE2 NumberReader::pose() {
   const double x_m = number(), y_m = number();
-  return {x_m, y_m, number()};
+  heading_rad_ = number();
+  return {x_m, y_m, heading_rad_};
 }
 
 std::vector<float> NumberReader::floats(std::size_t count, double scale) {
@@ -60,14 +60,6 @@ void NumberReader::skip(std::size_t count) {
   if (ok_) next_ += count;
 }
 
-bool is_plausible(const LaserScan& scan) {
-  constexpr double kMostTurns = 1.1;
-  const double span_rad = std::fabs(scan.angle_increment_rad) * static_cast<double>(scan.size());
-  return std::isfinite(scan.angle_min_rad) && span_rad > 0 && span_rad <= kMostTurns * 2 * std::numbers::pi &&
-         std::isfinite(scan.time_increment_s) && std::isfinite(scan.range_min_m) &&
-         scan.range_max_m > scan.range_min_m;
-}
-
 LaserLog::LaserLog(const std::filesystem::path& path, LaserRecordingKind kind, RangeSorter sorter)
     : skips_(path), sorter_(sorter) {
   recording_.kind = kind;
@@ -76,13 +68,16 @@ LaserLog::LaserLog(const std::filesystem::path& path, LaserRecordingKind kind, R
 
 void LaserLog::skip(SkippedLines::Reason reason, const TextLine& line) { skips_.add(reason, line.number); }
 
-void LaserLog::skip_malformed(const TextLine& line) {
-  skip(line.ended ? SkippedLines::Reason::kMalformed : SkippedLines::Reason::kCutOff, line);
+void LaserLog::skip_malformed(const TextLine& line, std::string why) {
+  if (line.ended)
+    skips_.add(SkippedLines::Reason::kMalformed, line.number, std::move(why));
+  else
+    skip(SkippedLines::Reason::kCutOff, line);
 }
 
 void LaserLog::add_scan(const std::string& stream, LaserScan scan, const TextLine& line) {
-  if (!is_plausible(scan)) {
-    skip(SkippedLines::Reason::kMalformed, line);
+  if (auto problem = problem_of(scan)) {
+    skips_.add(problem->reason, line.number, std::move(problem->why));
     return;
   }
   auto& scans = scans_[stream];

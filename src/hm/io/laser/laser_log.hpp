@@ -27,6 +27,8 @@ class NumberReader {
   std::size_t count();
   Time stamp();
   SE2 pose();
+  /// Of the last pose, as written: not wrapped.
+  [[nodiscard]] double heading_rad() const { return heading_rad_; }
   std::vector<float> floats(std::size_t count, double scale);
   void skip(std::size_t count);
 
@@ -34,11 +36,9 @@ class NumberReader {
   std::string_view next();
   const std::vector<std::string_view>& columns_;
   std::size_t next_;
+  double heading_rad_ = 0;
   bool ok_ = true;
 };
-
-/// True when the scan's angles are plausible for a range finder.
-bool is_plausible(const LaserScan& scan);
 
 /// Collects the contents of a text log line by line and builds a recording.
 class LaserLog {
@@ -48,10 +48,11 @@ class LaserLog {
   /// Counts a line as skipped.
   void skip(SkippedLines::Reason reason, const TextLine& line);
   /// Counts an unreadable line as malformed, or as truncated if it is the last one and has no line end.
-  void skip_malformed(const TextLine& line);
-  /// Adds a scan; an implausible one is skipped and counted.
+  void skip_malformed(const TextLine& line, std::string why = {});
+  /// Adds a scan; one with a problem_of() is skipped and counted.
   void add_scan(const std::string& stream, LaserScan scan, const TextLine& line);
   void add_odometry(StampedPose pose, const TextLine& line);
+  void add_heading(const WrittenHeading& heading) { recording_.written_headings.push_back(heading); }
   void add_truth(StampedPose pose, const TextLine& line);
   void note(std::string text) { recording_.notes.push_back(std::move(text)); }
   void set_mounting(const std::string& stream, const SE3& T_base_laser) { mountings_[stream] = T_base_laser; }

@@ -80,6 +80,26 @@ TEST_F(LaserLogs, CarmenOddNumberOfBeamsEndsAtNinetyDegrees) {
   EXPECT_NEAR(scan.angle_rad(360), std::numbers::pi / 2, 1e-12);
 }
 
+TEST_F(LaserLogs, CarmenLinesThatAreLeftOutSayWhy) {
+  const std::string ranges = repeated("2 ", 180);
+  const LaserRecording recording =
+      read(flaser(0, 100) + "FLASER 180 " + ranges + "\nFLASER 180 " + ranges + "7 host 7\nFLASER 180 1 2\n" +
+           "RAWLASER1 0 -90 180 1 50 0.01 0 180 " + ranges + "0 8 host 8\n");
+  EXPECT_THAT(recording.notes,
+              ElementsAre("2 lines of a.log left out: no poses after the 180 ranges (first: a.log:2)",
+                          "1 line of a.log left out: malformed (first: a.log:4)",
+                          "1 line of a.log left out: angle_min is -90: degrees? (first: a.log:5)"));
+}
+
+TEST_F(LaserLogs, CarmenHeadingsAreKeptAsWritten) {
+  const LaserRecording recording =
+      read(flaser(0, 99) + "ODOM 1 2 90 0 0 0 100 host 100\nODOM 1 2 95 0 0 0 101 host 101\n");
+  ASSERT_EQ(recording.written_headings.size(), 2U);  // of ODOM lines, which are the odometry
+  EXPECT_EQ(recording.written_headings[1].heading_rad, 95);
+  EXPECT_EQ(recording.written_headings[1].stamp, Time::from_seconds(101));
+  EXPECT_EQ(read(flaser(0, 99) + flaser(1, 100)).written_headings.size(), 2U);
+}
+
 TEST_F(LaserLogs, CarmenCorrectedPosesAreTruth) {
   const auto line = [](double truth, double odometry, double stamp) {
     return fmt::format("FLASER 180 {}{} 1 0.5 {} 0 0 {} host 1\n", repeated("2 ", 180), truth, odometry,

@@ -1,7 +1,11 @@
 #include "hm/io/laser/laser_ranges.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 namespace hm::detail {
 namespace {
@@ -10,6 +14,27 @@ namespace {
 constexpr float kFirstSickCode_m = 81.825F, kLastSickCode_m = 81.915F;
 
 }  // namespace
+
+std::optional<ReadingProblem> problem_of(const LaserScan& scan) {
+  constexpr double kFullTurn_rad = 2 * std::numbers::pi, kMostTurns = 1.1;
+  using Reason = SkippedLines::Reason;
+  const double span_rad = std::fabs(scan.angle_increment_rad) * static_cast<double>(scan.size());
+  for (const double value : {scan.angle_min_rad, span_rad, scan.time_increment_s, scan.range_min_m})
+    if (!std::isfinite(value)) return ReadingProblem{Reason::kNotFinite, {}};
+  if (std::isnan(scan.range_max_m)) return ReadingProblem{Reason::kNotFinite, {}};
+  const auto malformed = [](std::string why) { return ReadingProblem{Reason::kMalformed, std::move(why)}; };
+  if (scan.ranges_m.empty()) return malformed("no ranges");
+  if (scan.range_max_m <= scan.range_min_m)
+    return malformed(fmt::format("range_max is {:.6g}{}", scan.range_max_m,
+                                 scan.range_max_m == 0
+                                     ? std::string()
+                                     : fmt::format(", not over range_min, {:.6g}", scan.range_min_m)));
+  if (scan.angle_increment_rad == 0) return malformed("angle_increment is 0");
+  if (span_rad <= kMostTurns * kFullTurn_rad) return std::nullopt;
+  if (std::fabs(scan.angle_min_rad) > kFullTurn_rad)
+    return malformed(fmt::format("angle_min is {:.6g}: degrees?", scan.angle_min_rad));
+  return malformed(fmt::format("the beams span {:.6g} rad, more than a turn: degrees?", span_rad));
+}
 
 float RangeSorter::no_return(float marker) {
   ++no_returns_;

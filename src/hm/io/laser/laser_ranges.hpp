@@ -1,10 +1,21 @@
 #pragma once
 #include <cstddef>
 #include <map>
+#include <optional>
+#include <string>
 
+#include "hm/io/bytes/skipped_lines.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 
 namespace hm::detail {
+
+/// What makes a reading useless: SkippedLines::reason and why.
+struct ReadingProblem {
+  SkippedLines::Reason reason;
+  std::string why;
+};
+/// The problem of a scan's angles and limits, if they are not those of a range finder.
+std::optional<ReadingProblem> problem_of(const LaserScan& scan);
 
 /// Converts the raw ranges of one stream's scans to the conventions of LaserScan, and counts the values that
 /// are not returns.

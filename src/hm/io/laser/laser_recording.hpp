@@ -56,6 +56,12 @@ struct CorrectedStamp {
   Time written, corrected;
 };
 
+/// Heading of odometry as a text log has it: not wrapped, so that its unit can be judged.
+struct WrittenHeading {
+  Time stamp;
+  double heading_rad = 0;
+};
+
 /// Laser recording, completely in memory; every stream is sorted by its own stamps.
 struct LaserRecording {
   LaserRecordingKind kind = LaserRecordingKind::kRosBag;
@@ -63,8 +69,9 @@ struct LaserRecording {
   std::vector<LaserStream> lasers = {};  ///< the first one is used for odometry
   std::vector<ImuSample> imu = {};
   RangeStream range = {};
-  Trajectory odometry = {};                ///< T_odom_base as the vehicle reported it
-  std::string odometry_source = {};        ///< origin, for the user, where the file names it
+  Trajectory odometry = {};                           ///< T_odom_base as the vehicle reported it
+  std::vector<WrittenHeading> written_headings = {};  ///< of odometry, in the order of the file; CARMEN only
+  std::string odometry_source = {};                   ///< origin, for the user, where the file names it
   Trajectory truth = {};                   ///< T_world_base, exact or corrected afterwards; never an input
   std::string truth_source = {};           ///< origin, for the user
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present

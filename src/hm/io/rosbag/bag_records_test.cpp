@@ -198,6 +198,8 @@ TEST(BagReader, UselessMessagesAreCountedAndLeftOut) {
     if (i == 3) scan.stamp = small_scan(1).stamp;  // runs backwards
     if (i == 5) scan.angle_min_rad = std::nan("");
     if (i == 6) scan.angle_increment_rad = 3;  // many turns
+    if (i == 7) scan.range_max_m = scan.range_min_m = 0;
+    if (i == 8) scan.angle_min_rad = -90, scan.angle_increment_rad = 15;
     writer.write_scan({"/scan", "laser"}, small_scan(i).stamp, scan);
     StampedPose pose = small_pose(i);
     if (i == 4) pose.T_world_base = SE3(Mat3::Identity(), Vec3(0, std::nan(""), 0));
@@ -208,13 +210,17 @@ TEST(BagReader, UselessMessagesAreCountedAndLeftOut) {
   }
   ASSERT_TRUE(writer.finish());
   const LaserRecording recording = opened(folder / "a.bag");
-  EXPECT_EQ(recording.lasers.at(0).scans.size(), 7U);
+  EXPECT_EQ(recording.lasers.at(0).scans.size(), 5U);
   EXPECT_EQ(recording.odometry.size(), 9U);
   EXPECT_EQ(recording.imu.size(), 9U);
   EXPECT_THAT(recording.notes, Contains("1 message of /scan left out: stamps that run backwards or repeat "
                                         "(first: /scan:4)"));
   EXPECT_THAT(recording.notes, Contains("1 message of /scan left out: NaN or infinity (first: /scan:6)"));
-  EXPECT_THAT(recording.notes, Contains("1 message of /scan left out: malformed (first: /scan:7)"));
+  EXPECT_THAT(recording.notes, Contains("1 message of /scan left out: the beams span 36 rad, more than a "
+                                        "turn: degrees? (first: /scan:7)"));
+  EXPECT_THAT(recording.notes, Contains("1 message of /scan left out: range_max is 0 (first: /scan:8)"));
+  EXPECT_THAT(recording.notes,
+              Contains("1 message of /scan left out: angle_min is -90: degrees? (first: /scan:9)"));
   EXPECT_THAT(recording.notes, Contains("1 message of /odom left out: NaN or infinity (first: /odom:5)"));
   EXPECT_THAT(recording.notes, Contains("1 message of /imu left out: NaN or infinity (first: /imu:10)"));
 }

@@ -38,15 +38,16 @@ struct ImuReport {
 };
 
 enum class LaserFindingKind {
-  kStamps,    ///< stamps run backwards, repeat, were corrected, or clocks differ
-  kGap,       ///< holes in a stream
-  kRanges,    ///< hardly a return, all the same, frozen, or an undocumented marker
-  kAngles,    ///< beams that cannot stand so
-  kImuUnits,  ///< accelerations or turning rates in other units, or a large bias
-  kOdometry,  ///< it does not move, or jumps
-  kDamage,    ///< parts of the file cannot be read
-  kMissing,   ///< no scans
-  kMount,     ///< it is not known how a laser is mounted
+  kStamps,      ///< stamps run backwards, repeat, were corrected, or clocks differ
+  kGap,         ///< holes in a stream
+  kRanges,      ///< hardly a return, all the same, frozen, or an undocumented marker
+  kRangeUnits,  ///< ranges farther than a range finder sees: not in metres
+  kAngles,      ///< beams that cannot stand so
+  kImuUnits,    ///< accelerations or turning rates in other units, or a large bias
+  kOdometry,    ///< it does not move, jumps, or has headings in degrees
+  kDamage,      ///< parts of the file cannot be read
+  kMissing,     ///< no scans
+  kMount,       ///< it is not known how a laser is mounted
 };
 std::string_view to_string(LaserFindingKind kind);
 

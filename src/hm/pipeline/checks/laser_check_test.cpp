@@ -7,6 +7,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/json.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 
 namespace hm {
 namespace {
@@ -95,6 +96,35 @@ TEST(LaserCheck, BeamsThatCannotStandSo) {
   made = recording();
   for (LaserScan& scan : made.lasers[0].scans) scan.angle_increment_rad = 4.2 * kDegree;
   EXPECT_THAT(findings(inspect_laser_recording(made), LaserFindingKind::kAngles), HasSubstr("373.8 degrees"));
+}
+
+TEST(LaserCheck, RangesInMillimetresAreRefusedBeforeARun) {
+  LaserRecording made = recording();
+  EXPECT_TRUE(check_before_laser_run(made, false));
+  for (LaserScan& scan : made.lasers[0].scans) {
+    scan.range_max_m *= 1000;
+    for (float& range : scan.ranges_m) range *= 1000;
+  }
+  EXPECT_THAT(findings(inspect_laser_recording(made), LaserFindingKind::kRangeUnits),
+              HasSubstr("are the ranges in millimetres?"));
+  const auto refused = check_before_laser_run(made, false);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("--force"));
+  const auto forced = check_before_laser_run(made, true);
+  ASSERT_TRUE(forced);
+  EXPECT_THAT(*forced, ::testing::Contains(HasSubstr("millimetres")));
+}
+
+TEST(LaserCheck, HeadingsInDegreesAreNamed) {
+  const auto of_headings = [](double step, double interval_s) {
+    LaserRecording made = recording();
+    for (int i = 0; i < 100; ++i) made.written_headings.push_back({at(interval_s * i), step * i});
+    return findings(inspect_laser_recording(made), LaserFindingKind::kOdometry);
+  };
+  EXPECT_THAT(of_headings(0.1, 0.1), IsEmpty());  // turns on and on, by 1 rad/s
+  EXPECT_THAT(of_headings(1.5, 2), IsEmpty());
+  EXPECT_THAT(of_headings(0.1 / kDegree, 3), HasSubstr("headings of the odometry look like degrees"));
+  EXPECT_THAT(of_headings(0.02 / kDegree, 0.02), HasSubstr("look like degrees"));
 }
 
 TEST(LaserCheck, ClocksThatDiffer) {

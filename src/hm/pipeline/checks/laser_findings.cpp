@@ -72,7 +72,12 @@ void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& repo
 void find_odd_scans(const LaserStreamStats& laser, LaserRecordingReport& report) {
   constexpr double kFewReturns_ratio = 0.05, kMarker_ratio = 0.05, kRepeated_ratio = 0.1;
   constexpr double kFullTurn_rad = 2 * std::numbers::pi + 0.01, kLate_s = 1.0, kEarly_s = -0.001;
+  constexpr double kFarthestMedian_m = 200;
   const std::string& name = laser.stream.name;
+  if (laser.median_m > kFarthestMedian_m)
+    add(report, LaserFindingKind::kRangeUnits,
+        fmt::format("{}: the median range is {:.0f} m: are the ranges in millimetres?", name,
+                    laser.median_m));
   if (laser.returns_ratio < kFewReturns_ratio)
     add(report, LaserFindingKind::kRanges,
         fmt::format("{}: only {:.1f} % of the beams return", name, 100 * laser.returns_ratio));
@@ -123,12 +128,39 @@ void find_odd_units(const ImuReport& imu, LaserRecordingReport& report) {
                     imu.still_turning_rad_s));
 }
 
+namespace {
+
+/// Headings in degrees read as radians go beyond a turn, and by steps that no vehicle makes.
+void find_degrees(const std::vector<WrittenHeading>& headings, LaserRecordingReport& report) {
+  constexpr double kBeyondATurn_rad = 2 * std::numbers::pi + 1, kFast_rad_s = 10, kMany_ratio = 0.1;
+  double largest_rad = 0;
+  std::size_t steps = 0, odd_steps = 0;
+  for (std::size_t i = 0; i < headings.size(); ++i) {
+    largest_rad = std::max(largest_rad, std::fabs(headings[i].heading_rad));
+    if (i == 0 || headings[i].heading_rad == headings[i - 1].heading_rad) continue;
+    const double time_s = (headings[i].stamp - headings[i - 1].stamp).seconds();
+    if (time_s <= 0) continue;
+    const double step_rad = std::fabs(headings[i].heading_rad - headings[i - 1].heading_rad);
+    ++steps;
+    odd_steps += step_rad > std::numbers::pi || step_rad > kFast_rad_s * time_s;
+  }
+  const double odd_ratio = steps > 0 ? static_cast<double>(odd_steps) / static_cast<double>(steps) : 0.0;
+  if (largest_rad > kBeyondATurn_rad && odd_ratio > kMany_ratio)
+    add(report, LaserFindingKind::kOdometry,
+        fmt::format("the headings of the odometry look like degrees: up to {:.1f}, and {:.0f} % of their "
+                    "changes are over pi, or over {:.0f} in a second",
+                    largest_rad, 100 * odd_ratio, kFast_rad_s));
+}
+
+}  // namespace
+
 void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& report) {
   constexpr double kStill_m = 1e-3, kLong_s = 5;
   if (recording.lasers.empty())
     add(report, LaserFindingKind::kMissing, "there are no scans: nothing to make a map of");
   if (report.odometry && report.odometry_length_m < kStill_m && report.odometry->duration_s > kLong_s)
     add(report, LaserFindingKind::kOdometry, "odometry does not move");
+  find_degrees(recording.written_headings, report);
   const Trajectory& poses = recording.odometry;
   std::size_t count = 0;
   double longest_m = 0;

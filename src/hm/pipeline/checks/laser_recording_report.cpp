@@ -134,6 +134,8 @@ std::string_view to_string(LaserFindingKind kind) {
       return "gap";
     case LaserFindingKind::kRanges:
       return "ranges";
+    case LaserFindingKind::kRangeUnits:
+      return "range_units";
     case LaserFindingKind::kAngles:
       return "angles";
     case LaserFindingKind::kImuUnits:

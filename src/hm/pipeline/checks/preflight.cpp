@@ -100,6 +100,11 @@ std::optional<std::string> register_color_of(std::unique_ptr<Recording>& recordi
   return to_string(*fitted, recording->camera());
 }
 
+tl::unexpected<Error> refused(const std::filesystem::path& recording, const std::string& finding) {
+  return fail(ErrorCode::kInvalidValue, recording.string(),
+              "{}. Nothing was made of it; `hm info` shows more, --force runs all the same", finding);
+}
+
 void add_once(std::vector<std::string>& sentences, std::string sentence) {
   if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
 }
@@ -111,9 +116,7 @@ Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const 
   Preflight said{reading_warnings(recording->info()), {}};
   for (const Finding& finding : report.findings) {
     if (is_fatal(finding, report, options) && !options.force)
-      return fail(ErrorCode::kInvalidValue, recording->info().path.string(),
-                  "{}. Nothing was made of it; `hm info` shows more, --force runs all the same",
-                  finding.message);
+      return refused(recording->info().path, finding.message);
     if (!concerns_run(finding, options.poses)) continue;
     const bool wants_color = finding.kind == FindingKind::kUnregisteredColor && options.register_color;
     const std::optional<std::string> registered = wants_color ? register_color_of(recording) : std::nullopt;
@@ -123,10 +126,13 @@ Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const 
   return said;
 }
 
-std::vector<std::string> laser_warnings(const LaserRecording& recording) {
+Result<std::vector<std::string>> check_before_laser_run(const LaserRecording& recording, bool force) {
   std::vector<std::string> warnings = reading_warnings(recording);
-  for (const LaserFinding& finding : inspect_laser_recording(recording).findings)
+  for (const LaserFinding& finding : inspect_laser_recording(recording).findings) {
+    if (finding.kind == LaserFindingKind::kRangeUnits && !force)
+      return refused(recording.path, finding.message);
     add_once(warnings, finding.message);
+  }
   return warnings;
 }
 

@@ -40,7 +40,8 @@ struct Preflight {
 /// missing where the run needs it.
 Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options);
 
-/// Findings of inspect_laser_recording() and what the reader left out, each sentence once.
-std::vector<std::string> laser_warnings(const LaserRecording& recording);
+/// Findings of inspect_laser_recording() and what the reader left out, each sentence once. Error
+/// (kInvalidValue), unless forced: the ranges of a laser are in another unit.
+Result<std::vector<std::string>> check_before_laser_run(const LaserRecording& recording, bool force);
 
 }  // namespace hm

@@ -123,7 +123,7 @@ std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
 class Run {
  public:
   Run(const LaserRunOptions& options, ResultFolder& folder, LaserRecording recording,
-      const OccupancyGrid2D* saved_map)
+      std::vector<std::string> warnings, const OccupancyGrid2D* saved_map)
       : options_(options),
         folder_(folder),
         recording_(std::move(recording)),
@@ -134,6 +134,7 @@ class Run {
         counts_(recording_.truth),
         tables_(folder.staging()),
         mapped_(folder.staging()) {
+    summary_.warnings = std::move(warnings);
     if (options.run.view)
       view_.emplace(*options.run.view, recording_, events_.scan_count(), options.parameters.laser.run);
   }
@@ -309,7 +310,6 @@ void Run::describe() {
   summary_.truth = recording_.truth;
   summary_.truth_source = recording_.truth_source;
   summary_.choices = laser_choices({recording_, options_, pipeline_});
-  summary_.warnings = laser_warnings(recording_);
 }
 
 Error Run::nothing_posed() const {
@@ -428,6 +428,8 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open(options);
   if (!recording) return forward_error(recording);
+  auto warnings = check_before_laser_run(*recording, options.force);
+  if (!warnings) return forward_error(warnings);
   if (!options.relations.empty())  // before the work, not after it
     if (const auto relations = read_relations(options.relations); !relations) return forward_error(relations);
   std::optional<OccupancyGrid2D> saved_map;
@@ -436,7 +438,7 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
     if (!grid) return forward_error(grid);
     saved_map = std::move(*grid);
   }
-  Run run(options, *folder, std::move(*recording), saved_map ? &*saved_map : nullptr);
+  Run run(options, *folder, std::move(*recording), std::move(*warnings), saved_map ? &*saved_map : nullptr);
   if (saved_map && !run.matches_scans())
     return fail(ErrorCode::kUsage, options.recording.string(),
                 "a place in a map is found by scan matching, and here poses come from odometry");

@@ -17,6 +17,7 @@ struct LaserRunOptions {
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
   LaserRunParameters parameters;
   LaserPace pace = LaserPace::kFast;
+  bool force = false;  ///< runs even where the recording looks unusable (check_before_laser_run)
   /// Scans of which LaserSummary::records keeps all, about 300 MB; even. Of longer runs it keeps every 2nd,
   /// 4th ...
   std::size_t most_records = std::size_t{1} << 18u;
@@ -30,7 +31,8 @@ struct LaserRunOptions {
 /// Loops that close (or a saved map) say where the frame `odom` lies in `map`; trajectory.txt and the maps
 /// are in `map`, made anew at the end from the recording's scans where that changes them.
 ///
-/// Errors: recording, relations, saved map or output folder unusable, no scans in it, poses neither from
+/// Errors: recording, relations, saved map or output folder unusable (the recording also by
+/// check_before_laser_run()), no scans in it, poses neither from
 /// scans nor from odometry, nothing posed at all, a vehicle that was not found in the saved map. A scan
 /// that cannot be used is none: it is counted with its reason.
 Result<LaserSummary> run_laser(const LaserRunOptions& options);
