@@ -109,6 +109,7 @@ TEST(LaserCheck, RangesInMillimetresAreRefusedBeforeARun) {
               HasSubstr("are the ranges in millimetres?"));
   const auto refused = check_before_laser_run(made, false);
   ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("are the ranges in millimetres? Nothing was made of it"));
   EXPECT_THAT(refused.error().message, HasSubstr("--force"));
   const auto forced = check_before_laser_run(made, true);
   ASSERT_TRUE(forced);

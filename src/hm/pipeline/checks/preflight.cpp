@@ -102,7 +102,8 @@ std::optional<std::string> register_color_of(std::unique_ptr<Recording>& recordi
 
 tl::unexpected<Error> refused(const std::filesystem::path& recording, const std::string& finding) {
   return fail(ErrorCode::kInvalidValue, recording.string(),
-              "{}. Nothing was made of it; `hm info` shows more, --force runs all the same", finding);
+              "{}{} Nothing was made of it; `hm info` shows more, --force runs all the same", finding,
+              finding.ends_with('?') ? "" : ".");
 }
 
 void add_once(std::vector<std::string>& sentences, std::string sentence) {

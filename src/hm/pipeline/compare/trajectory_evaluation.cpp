@@ -36,8 +36,7 @@ std::string with_other_ending(const fs::path& missing) {
   for (const char* ending : {".tum", ".txt", ".csv", ".kitti", ".log"}) {
     fs::path other = missing;
     other.replace_extension(ending);
-    if (fs::is_regular_file(other, code))
-      return fmt::format("; did you mean {}, which is there?", other.string());
+    if (fs::is_regular_file(other, code)) return fmt::format("; there is {}", other.string());
   }
   return {};
 }
