@@ -88,6 +88,10 @@ class LaserRecordings(support.ProgramTest):
             "gap": (lambda i: self.flaser(i, good, 100 + 0.1 * i + (7 if i > 20 else 0)), "longest 7.10 s"),
             "jump": (lambda i: self.flaser(i + (90 if i > 9 else 0), good, 100 + 0.1 * i), "odometry jumps 1 time,"),
             "still": (lambda i: self.flaser(0, good, 100 + 0.2 * i), "odometry does not move"),
+            "degrees": (lambda i: f"FLASER 180 {' '.join(str(r + 0.001 * i) for r in good)} 0 0 {9 * i} 0 0 {9 * i} {i} host {i}",
+                        "look like degrees"),
+            "old": (lambda i: self.flaser(i, good, 100 + 0.1 * i) if i != 5 else "FLASER 180 " + " 2" * 180,
+                    "no poses after the 180 ranges"),
             "broken": (lambda i: self.flaser(i, good, 100 + 0.1 * i) if i != 5 else "FLASER 180 1 2", "malformed"),
         }
         for name, (make, warning) in cases.items():
@@ -114,6 +118,16 @@ class LaserRecordings(support.ProgramTest):
                     self.assertIn(warning, warnings)
                 else:
                     self.assertEqual(warnings, "")
+
+    def test_millimetres_are_refused_before_a_run(self):
+        ranges = [2000 + 10 * k for k in range(180)]
+        self.log("mm.log", ["PARAM laser_front_laser_max 50000 1 host 1"]
+                 + [self.flaser(i, [r + i for r in ranges], 100 + 0.1 * i) for i in range(50)])
+        self.assertIn("millimetres", " ".join(self.run_json("info", "mm.log")["warnings"]))
+        failed = self.run_json("laser", "mm.log", "-o", "out", expect=3)
+        self.assertIn("are the ranges in millimetres?", failed["error"]["message"])
+        self.assertIn("--force", failed["error"]["message"])
+        self.assertFalse((self.folder / "out").exists())
 
     def test_other_verbs_say_what_it_is(self):
         self.log("a.log", [self.flaser(i, [3 + i] * 180, 100 + i) for i in range(3)])
