@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "hm/core/text/counted.hpp"
-#include "hm/pipeline/laser/laser_motion.hpp"
+#include "hm/sensors/odometry_jump.hpp"
 
 namespace hm {
 namespace {
@@ -165,7 +165,7 @@ void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& re
   std::size_t count = 0;
   double longest_m = 0;
   for (std::size_t i = 1; i < poses.size(); ++i) {
-    if (!jumps(poses[i - 1], poses[i])) continue;
+    if (!odometry_jumps(poses[i - 1], poses[i])) continue;
     ++count;
     longest_m = std::max(
         longest_m, (poses[i].T_world_base.translation() - poses[i - 1].T_world_base.translation()).norm());

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/sensors/odometry_jump.hpp"
+
 namespace hm {
 namespace {
 
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
 constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
 constexpr std::size_t kOdometryKept = 4096, kJumpsKept = 64;
-constexpr double kJump_m = 1, kJump_m_s = 5;
 /// Odometry that is read less often tells nothing of tenths of a second.
 constexpr double kFrequent_s = 0.25;
 
@@ -21,11 +22,6 @@ double yaw_rate(const Vec3& angular_velocity_base, double roll, double pitch) {
 }
 
 }  // namespace
-
-bool jumps(const StampedPose& from, const StampedPose& to) {
-  const double way_m = (to.T_world_base.translation() - from.T_world_base.translation()).norm();
-  return !(way_m < kJump_m) && !(way_m < kJump_m_s * (to.stamp - from.stamp).seconds());
-}
 
 LaserMotion::LaserMotion(const StateEstimatorParams& params, const SE3& T_base_imu, Duration max_odometry_gap)
     : estimator_(params, T_base_imu),
@@ -58,7 +54,7 @@ void LaserMotion::add_odometry(const StampedPose& T_odom_base) {
   if (!is_rigid(T_odom_base.T_world_base)) return;
   if (odometry_.size() >= 2 * kOdometryKept)
     odometry_.erase(odometry_.begin(), odometry_.end() - static_cast<std::ptrdiff_t>(kOdometryKept));
-  if (!odometry_.empty() && jumps(odometry_.back(), T_odom_base)) {
+  if (!odometry_.empty() && odometry_jumps(odometry_.back(), T_odom_base)) {
     if (jumps_.size() >= kJumpsKept) jumps_.pop_front();
     jumps_.emplace_back(odometry_.back().stamp, T_odom_base.stamp);
   }

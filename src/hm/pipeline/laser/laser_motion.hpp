@@ -12,10 +12,6 @@
 
 namespace hm {
 
-/// Whether odometry jumps from one reading to the next, further than a vehicle in a building moves: it was
-/// reset, or one reading is wrong.
-bool jumps(const StampedPose& from, const StampedPose& to);
-
 /// The vehicle's motion around a scan, from IMU and odometry of a recording.
 class LaserMotion {
  public:
