@@ -54,10 +54,8 @@ hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
     if (size_px.size() == 2) camera.width = size_px[0], camera.height = size_px[1];
     camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2],
     camera.cy = intrinsics[3];
-    hm::PinholeCamera sized = camera;
-    if (size_px.empty()) sized.width = sized.height = 1;
-    if (const auto checked = hm::check_camera(sized); !checked)
-      return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
+    const auto checked = size_px.empty() ? hm::check_intrinsics(camera, {}) : hm::check_camera(camera);
+    if (!checked) return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
     options.camera = camera;
   } else if (!size_px.empty()) {
     return hm::fail(hm::ErrorCode::kUsage, "--size", "needs --intrinsics");

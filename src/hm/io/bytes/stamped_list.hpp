@@ -10,8 +10,8 @@
 #include "hm/io/bytes/skip_counter.hpp"
 
 /// Readers of the text lists of a TUM or ICL-NUIM folder. A malformed line is an error naming file:line,
-/// except for an unterminated last line, which is skipped as truncated. Lines that are in
-/// no order of time are sorted; else those whose stamp does not increase are skipped, as few as possible.
+/// except for an unterminated last line, which is skipped as truncated. Lines in no order of time are sorted;
+/// else those whose stamp does not increase are skipped, as few as possible (keep_increasing).
 namespace hm::detail {
 
 /// Conversion of stamps in a file to times: seconds, or frame numbers at `frame_rate_hz`.

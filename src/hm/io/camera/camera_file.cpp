@@ -72,15 +72,14 @@ Result<void> check_needed(const Entries& entries, const std::string& where) {
   return {};
 }
 
-/// Runs check_camera for a camera whose size is not yet known.
+}  // namespace
+
 Result<void> check_intrinsics(PinholeCamera camera, const std::string& where) {
   if (camera.width == 0 && camera.height == 0) camera.width = camera.height = 1;
   auto checked = check_camera(camera);
   if (!checked) checked.error().where = where;
   return checked;
 }
-
-}  // namespace
 
 bool is_image_size(double pixels) { return pixels >= 1 && pixels <= 32768 && pixels == std::floor(pixels); }
 

@@ -23,6 +23,9 @@ struct CameraFile {
 /// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
+/// Runs check_camera() for a camera whose size may not be known (0 x 0). The error names `where`.
+Result<void> check_intrinsics(PinholeCamera camera, const std::string& where);
+
 /// Limit of what a file may give: a whole size of 1 to 32768 pixels.
 bool is_image_size(double pixels);
 

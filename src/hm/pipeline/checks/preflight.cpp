@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "hm/core/text/add_once.hpp"
 #include "hm/pipeline/checks/color_registration_fit.hpp"
 #include "hm/pipeline/checks/laser_check.hpp"
 #include "hm/pipeline/checks/recording_check.hpp"
@@ -104,10 +105,6 @@ tl::unexpected<Error> refused(const std::filesystem::path& recording, const std:
   return fail(ErrorCode::kInvalidValue, recording.string(),
               "{}{} Nothing was made of it; `hm info` shows more, --force runs all the same", finding,
               finding.ends_with('?') ? "" : ".");
-}
-
-void add_once(std::vector<std::string>& sentences, std::string sentence) {
-  if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "hm/core/angle.hpp"
+#include "hm/core/text/add_once.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
@@ -24,11 +25,6 @@ struct ReadPoses {
   fs::path source;                               ///< file, or files, that they were read from
   bool has_stamps = true, names_frames = false;  ///< as in TrajectoryFile
 };
-
-void add_once(std::vector<std::string>& warnings, std::string warning) {
-  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
-    warnings.push_back(std::move(warning));
-}
 
 /// Where a file is not there: what names the trajectory of the same folder with another ending, if any.
 std::string with_other_ending(const fs::path& missing) {

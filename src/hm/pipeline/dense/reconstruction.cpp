@@ -41,7 +41,7 @@ class Run {
 
   void add_checks(Preflight&& checks) {
     summary_.warnings = std::move(checks.warnings);
-    for (std::string& doubt : checks.doubts) summary_.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
+    add_doubts(std::move(checks.doubts), summary_.verdict);
   }
   Result<void> open_map();
   /// Whether the run that is continued was complete, with no frame left in the range of this one.

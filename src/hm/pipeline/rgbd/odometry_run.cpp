@@ -113,8 +113,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
                 why_no_pose(summary.track, checked_recording->warnings));
   }
   summary.warnings = std::move(checked_recording->warnings);
-  for (std::string& doubt : checked_recording->doubts)
-    summary.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
+  add_doubts(std::move(checked_recording->doubts), summary.verdict);
   for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
     summary.warnings.push_back(fmt::format("stopped after {} of {}",

@@ -155,8 +155,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   SlamPipeline pipeline(**recording, options.parameters, options.run, *earlier ? &**earlier : nullptr);
   SlamSummary summary;
   summary.warnings = std::move(checked_recording->warnings);
-  for (std::string& doubt : checked_recording->doubts)
-    summary.verdict.add(MapVerdict::kDoubtful, std::move(doubt));
+  add_doubts(std::move(checked_recording->doubts), summary.verdict);
   if (*earlier)
     summary.warnings.insert(summary.warnings.end(), (*earlier)->warnings.begin(), (*earlier)->warnings.end());
   const TrackedSlam run{pipeline, **recording, folder->staging(), options, watch};

@@ -162,6 +162,10 @@ void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& l
                           visits.worst_time_s, 100 * visits.worst_ratio, what));
 }
 
+void add_doubts(std::vector<std::string> doubts, RunVerdict& verdict) {
+  for (std::string& doubt : doubts) verdict.add(MapVerdict::kDoubtful, std::move(doubt));
+}
+
 void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view what, RunVerdict& verdict) {
   constexpr double kDoubtful_ratio = 0.05, kBroken_ratio = 0.3;
   if (all == 0) return;

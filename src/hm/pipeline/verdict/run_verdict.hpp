@@ -93,6 +93,9 @@ struct VisitLimits {
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict);
 
+/// Adds what checks before the run say against any result of it.
+void add_doubts(std::vector<std::string> doubts, RunVerdict& verdict);
+
 /// Adds how many of the frames or scans have no pose, where they are many. `what`: "scans".
 void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view what, RunVerdict& verdict);
 
