@@ -6,6 +6,7 @@
 
 #include "fuzz_readers.hpp"
 #include "fuzz_seeds.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/core/testing/source_folder.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 
@@ -27,9 +28,10 @@ TEST(FuzzCorpus, SeedsOfEveryReaderAreRead) {
 }
 
 TEST(FuzzCorpus, CutOffAndChangedSeedsAreReadOrRefused) {
+  const auto places = static_cast<std::size_t>(test::repetitions(40, 15));
   for (const Seed& seed : seeds()) {
     const Reader& reader = *find_reader(seed.reader);
-    const std::size_t step = seed.bytes.size() / 40 + 1;
+    const std::size_t step = seed.bytes.size() / places + 1;
     for (std::size_t at = 0; at < seed.bytes.size(); at += step) {
       reader.run(std::span(seed.bytes).first(at));
       auto changed = seed.bytes;

@@ -239,14 +239,15 @@ TEST(TrajectoryFile, SurvivesDamage) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_tum_trajectory(folder / "t.txt", random_trajectory(8, 5)));
   int refused = 0;
-  test::for_each_damaged(test::read_bytes(folder / "t.txt"), 600, [&](const std::string& damaged) {
-    write_bytes(folder / "d.txt", damaged);
-    const auto read = read_trajectory(folder / "d.txt");
-    refused += read ? 0 : 1;
-    if (!read) return;
-    for (const StampedPose& pose : *read) EXPECT_TRUE(is_rigid(pose.T_world_base));
-  });
-  EXPECT_GT(refused, 500);
+  const int cases =
+      test::for_each_damaged(test::read_bytes(folder / "t.txt"), 600, [&](const std::string& damaged) {
+        write_bytes(folder / "d.txt", damaged);
+        const auto read = read_trajectory(folder / "d.txt");
+        refused += read ? 0 : 1;
+        if (!read) return;
+        for (const StampedPose& pose : *read) EXPECT_TRUE(is_rigid(pose.T_world_base));
+      });
+  EXPECT_GT(refused, cases / 3);
 }
 
 TEST(TrajectoryFile, ReadsARealGroundTruth) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "hm/core/hash.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 
@@ -175,13 +176,14 @@ TEST(SlamJournal, EveryPrefixAndEveryChangedByteIsRefusedInWords) {
     const auto read = read_slam_journal(folder / "changed", with);
     return !read && !read.error().message.empty();
   };
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
+  const auto step = static_cast<std::size_t>(test::kSanitized ? 5 : 1);
+  for (std::size_t size = 0; size < bytes.size(); size += step) {
     EXPECT_TRUE(refused(std::span(bytes).first(size), mark)) << size;
     JournalMark shorter = mark;
     shorter.bytes = size;
     EXPECT_TRUE(refused(bytes, shorter)) << "a mark at byte " << size;
   }
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
+  for (std::size_t at = 0; at < bytes.size(); at += step) {
     auto changed = bytes;
     changed[at] = static_cast<std::uint8_t>(changed[at] ^ (1U << (at % 8)));
     if (at >= 12 && at < 16) continue;  // not used
