@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <vector>
 
 #include "hm/core/result.hpp"
@@ -51,7 +50,7 @@ class LaserMapFrame {
   /// Takes the scan, its odometry and the height of the vehicle into account.
   MapFrameStep process(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// LaserLoopCloser::finish().
-  void finish(const std::stop_token& stop = {});
+  void finish(const RevisionContext& context = {});
 
   [[nodiscard]] MapFrameSource source() const;
   /// Null unless loops are closed.

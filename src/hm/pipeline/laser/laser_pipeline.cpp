@@ -423,9 +423,9 @@ void LaserPipeline::add_scan(LaserScan scan, std::size_t laser) {
   state_->process_waiting(false);
 }
 
-void LaserPipeline::finish(const std::stop_token& stop) {
+void LaserPipeline::finish(const RevisionContext& context) {
   state_->process_waiting(true);
-  state_->map_frame.finish(stop);
+  state_->map_frame.finish(context);
 }
 std::vector<LaserStep> LaserPipeline::take_steps() { return std::exchange(state_->steps, {}); }
 bool LaserPipeline::matches_scans() const { return state_->matches_scans; }

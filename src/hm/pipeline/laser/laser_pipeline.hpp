@@ -2,7 +2,6 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -85,8 +84,8 @@ class LaserPipeline {
   /// `laser`: its index in the platform.
   void add_scan(LaserScan scan, std::size_t laser = 0);
   /// No more input: scans that wait are processed with what there is, loops are closed a last time and, until
-  /// `stop` is requested, revised.
-  void finish(const std::stop_token& stop = {});
+  /// a stop is requested, revised.
+  void finish(const RevisionContext& context = {});
   /// The scans that were processed since the last call, in order.
   std::vector<LaserStep> take_steps();
 

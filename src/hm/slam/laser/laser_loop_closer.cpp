@@ -21,9 +21,9 @@ PoseGraphSolution LaserLoopCloser::solve(bool whole) {
   return graph_.optimise(window_.next(graph_.size(), whole));
 }
 
-PoseGraphSolution LaserLoopCloser::finish(const std::stop_token& stop) {
+PoseGraphSolution LaserLoopCloser::finish(const RevisionContext& context) {
   const PoseGraphSolution solution = solve(true);
-  revision_ = revise_loops(graph_, stop);
+  revision_ = revise_loops(graph_, context);
   return revision_.changes == 0 ? solution : solve(true);
 }
 

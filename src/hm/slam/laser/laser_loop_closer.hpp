@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <stop_token>
 
 #include "hm/slam/laser/graph_keyframes.hpp"
 #include "hm/slam/laser/loop_revision.hpp"
@@ -23,9 +22,9 @@ class LaserLoopCloser {
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// Adds a keyframe that GraphKeyframes made, instead.
   ScanGraphStep add(const GraphKeyframe2D& keyframe);
-  /// Optimises the whole graph and revises its loops (revise_loops), which may take half a minute where the
-  /// map contradicts itself, and ends early once `stop` is requested. More keyframes can be added after it.
-  PoseGraphSolution finish(const std::stop_token& stop = {});
+  /// Optimises the whole graph and revises its loops (revise_loops), which may take a minute where the
+  /// map contradicts itself, and ends early once a stop is requested. More keyframes can be added after it.
+  PoseGraphSolution finish(const RevisionContext& context = {});
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
   [[nodiscard]] const ScanGraph2D& graph() const { return graph_; }

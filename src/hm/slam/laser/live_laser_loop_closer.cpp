@@ -58,9 +58,9 @@ const LaserLoopCloser& LiveLaserLoopCloser::settled() const {
   return impl_->closer;
 }
 
-PoseGraphSolution LiveLaserLoopCloser::finish(const std::stop_token& stop) {
+PoseGraphSolution LiveLaserLoopCloser::finish(const RevisionContext& context) {
   impl_->wait();
-  const PoseGraphSolution solution = impl_->closer.finish(stop);
+  const PoseGraphSolution solution = impl_->closer.finish(context);
   impl_->publish();
   return solution;
 }

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <memory>
-#include <stop_token>
 
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
@@ -33,7 +32,7 @@ class LiveLaserLoopCloser {
   /// Waits until all keyframes are processed. Valid until the next add().
   [[nodiscard]] const LaserLoopCloser& settled() const;
   /// Waits likewise, then as LaserLoopCloser::finish().
-  PoseGraphSolution finish(const std::stop_token& stop = {});
+  PoseGraphSolution finish(const RevisionContext& context = {});
 
  private:
   struct Impl;

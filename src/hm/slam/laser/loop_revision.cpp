@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "hm/core/statistics.hpp"
 #include "hm/slam/laser/loop_consistency.hpp"
 #include "hm/slam/laser/scan_visits.hpp"
 
@@ -19,8 +20,8 @@ constexpr double kContradicted = 0.25;
 constexpr std::size_t kBeside = 2;
 /// Keyframes around contradicted ones that are searched again; a loop leads to a place when it ends so near.
 constexpr std::size_t kSearchAround = 3, kLeadsThere = 10;
-/// Hypotheses that are tried at a time, and in all.
-constexpr std::size_t kTrialsAtOnce = 8, kMostTrials = 16;
+/// Hypotheses that are tried at a time.
+constexpr std::size_t kTrialsAtOnce = 8;
 
 using Loops = std::vector<PoseEdge2D>;
 
@@ -132,18 +133,18 @@ std::vector<Loops> suspects(const ScanGraph2D& graph, std::span<const std::size_
 /// Revises the loops of one graph.
 class Revision {
  public:
-  Revision(ScanGraph2D& graph, std::stop_token stop)
-      : graph_(graph), stop_(std::move(stop)), visits_(visits_of(graph)), now_(judged()) {}
+  Revision(ScanGraph2D& graph, const RevisionContext& context)
+      : graph_(graph), context_(context), visits_(visits_of(graph)), now_(judged()) {}
 
   LoopRevision run() {
-    for (bool changed = true; changed && !now_.agreement.contradicted.empty() && !stop_.stop_requested();) {
+    for (bool changed = true; changed && !now_.agreement.contradicted.empty() && goes_on();) {
       const std::size_t before = result_.changes;
       keep_if_better(with_repeated_search());
       std::optional<Outcome> best;
       std::vector<Loops> tried = suspects(graph_, now_.agreement.contradicted);
-      tried.resize(std::min({tried.size(), kTrialsAtOnce, kMostTrials - result_.trials}));
+      tried.resize(std::min({tried.size(), kTrialsAtOnce, kMostRevisionTrials - result_.trials}));
       for (const Loops& loops : tried) {
-        if (stop_.stop_requested()) break;
+        if (!goes_on()) break;
         ++result_.trials;
         if (Outcome then = without(loops); !best || then.agreement.score > best->agreement.score)
           best = std::move(then);
@@ -155,6 +156,9 @@ class Revision {
   }
 
  private:
+  [[nodiscard]] bool goes_on() const {
+    return result_.searched < context_.limits.searched && !context_.stop.stop_requested();
+  }
   [[nodiscard]] Outcome judged() const { return {graph_.state(), agreement_of(visits_, graph_)}; }
 
   /// Leaves the graph in the better of both states.
@@ -166,9 +170,28 @@ class Revision {
     graph_.restore(now_.state);
   }
 
+  /// Searches keyframes around contradicted ones again, and those around the ends of `left_out` loops. Of the
+  /// former an even choice, where they are many: neighbours would find loops that agree with theirs. Returns
+  /// the number of loops accepted.
+  int search_again(std::span<const std::size_t> contradicted, const Loops& left_out = {}) {
+    std::vector<std::size_t> ends;
+    for (const PoseEdge2D& loop : left_out) ends.push_back(loop.to);
+    std::vector<std::size_t> nodes = around(ends, kSearchAround, graph_.size());
+    const std::vector<std::size_t> others =
+        thinned(around(contradicted, kSearchAround, graph_.size()), context_.limits.searched_at_once);
+    nodes.insert(nodes.end(), others.begin(), others.end());
+    std::ranges::sort(nodes);
+    nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+    return graph_.search_again(nodes, left_out, [this] {
+      if (!goes_on()) return false;
+      if (context_.progress) context_.progress(result_);
+      ++result_.searched;
+      return true;
+    });
+  }
+
   Outcome with_repeated_search() {
-    if (graph_.search_again(around(now_.agreement.contradicted, kSearchAround, graph_.size())) == 0)
-      return now_;
+    if (search_again(now_.agreement.contradicted) == 0) return now_;
     graph_.optimise();
     return judged();
   }
@@ -179,16 +202,14 @@ class Revision {
     graph_.take_out(loops);
     graph_.optimise();
     Outcome alone = judged();
-    std::vector<std::size_t> nodes = alone.agreement.contradicted;
-    for (const PoseEdge2D& loop : loops) nodes.push_back(loop.to);
-    if (graph_.search_again(around(nodes, kSearchAround, graph_.size()), loops) == 0) return alone;
+    if (search_again(alone.agreement.contradicted, loops) == 0) return alone;
     graph_.optimise();
     Outcome replaced = judged();
     return replaced.agreement.score > alone.agreement.score ? replaced : alone;
   }
 
   ScanGraph2D& graph_;
-  std::stop_token stop_;
+  const RevisionContext& context_;
   ScanVisits visits_;
   Outcome now_;
   LoopRevision result_;
@@ -198,8 +219,8 @@ class Revision {
 
 GraphAgreement graph_agreement(const ScanGraph2D& graph) { return agreement_of(visits_of(graph), graph); }
 
-LoopRevision revise_loops(ScanGraph2D& graph, const std::stop_token& stop) {
-  return Revision(graph, stop).run();
+LoopRevision revise_loops(ScanGraph2D& graph, const RevisionContext& context) {
+  return Revision(graph, context).run();
 }
 
 }  // namespace hm

@@ -198,8 +198,44 @@ TEST_F(LoopRevisionTest, EndsWhenStopped) {
   const PoseGraph2D before = graph_.graph();
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(revise_loops(graph_, stop.get_token()).trials, 0U);
+  EXPECT_EQ(revise_loops(graph_, {.stop = stop.get_token()}).trials, 0U);
   EXPECT_EQ(graph_.graph().edges.size(), before.edges.size());
+}
+
+/// The work is bounded, however much is contradicted; what was found until then counts.
+TEST_F(LoopRevisionTest, SearchesNoMoreKeyframesThanItsLimit) {
+  graph_.take_out(loops_of(graph_));
+  add(wrong_loops(102, 12, {0, 1.2}));
+  const double before = graph_agreement(graph_).score;
+  std::size_t calls = 0;
+  const auto progress = [&](const LoopRevision& so_far) { EXPECT_EQ(so_far.searched, calls++); };
+  const LoopRevision revision = revise_loops(graph_, {.progress = progress, .limits = {.searched = 40}});
+  EXPECT_EQ(revision.searched, 40U);
+  EXPECT_EQ(calls, 40U);
+  EXPECT_GE(graph_agreement(graph_).score, before);
+}
+
+/// A map that is contradicted nearly everywhere is repaired by the loops of every few keyframes.
+TEST_F(LoopRevisionTest, RepairsByAChoiceOfTheContradictedKeyframes) {
+  graph_.take_out(loops_of(graph_));
+  add(wrong_loops(102, 12, {0, 1.2}));
+  const std::size_t contradicted = graph_agreement(graph_).contradicted.size();
+  ASSERT_GT(contradicted, 30U);
+  const LoopRevision revision = revise_loops(graph_, {.limits = {.searched_at_once = contradicted / 3}});
+  EXPECT_GE(revision.changes, 1U);
+  EXPECT_TRUE(graph_agreement(graph_).contradicted.empty());
+  EXPECT_LT(worst_loop_m(), 0.1);
+}
+
+/// A search is ended by who waits for it, too.
+TEST_F(LoopRevisionTest, EndsWithinASearch) {
+  graph_.take_out(loops_of(graph_));
+  add(wrong_loops(102, 12, {0, 1.2}));
+  std::stop_source stop;
+  const auto progress = [&](const LoopRevision& so_far) {
+    if (so_far.searched == 5) stop.request_stop();
+  };
+  EXPECT_LE(revise_loops(graph_, {.stop = stop.get_token(), .progress = progress}).searched, 6U);
 }
 
 /// A drive goes on after its loops were revised, as if they had not been.

@@ -266,11 +266,13 @@ bool ScanGraph2D::has_loop_to(std::size_t node, const ScanSubmap& submap) const 
   });
 }
 
-int ScanGraph2D::search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded) {
+int ScanGraph2D::search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded,
+                              const std::function<bool()>& goes_on) {
   int accepted = 0;
   std::vector<PoseEdge2D> of_newest = std::exchange(waiting_, {});
   for (const std::size_t node : nodes) {
     if (keyframes_[node].scan.size() < static_cast<std::size_t>(params_.kMinPoints)) continue;
+    if (goes_on && !goes_on()) break;
     forget_waiting_before(node);
     ScanGraphStep step;
     for (const Candidate& candidate : loop_candidates(node, SearchKind::kRepeated))

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -73,8 +74,10 @@ class ScanGraph2D {
   /// Repeats the search for loops of keyframes (in increasing order) around their poses in the graph, in
   /// windows of at least 1.5 m to either side and in submaps to which no loop of the keyframe leads. Loops of
   /// the same hypothesis as an excluded one are not accepted. Optimises the whole graph after each keyframe
-  /// whose loops correct much. Returns the number of loops accepted.
-  int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded = {});
+  /// whose loops correct much. `goes_on`, asked before each keyframe, ends it. Returns the number of loops
+  /// accepted.
+  int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded = {},
+                   const std::function<bool()>& goes_on = {});
 
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }

@@ -145,6 +145,7 @@ class Run {
 
  private:
   [[nodiscard]] bool wait_until_due(const LaserEvent& event, const Stopwatch& watch);
+  void close_loops();
   void collect();
   void note(LaserScanRecord record);
   void show_progress() const;
@@ -206,11 +207,21 @@ Result<void> Run::process_all() {
     for (const auto& written : {mapped_.written(), tables_.written()})
       if (!written) return as_run_failure(written);
   }
-  if (options_.run.progress && pipeline_.map_frame().source() == MapFrameSource::kLoops)
-    options_.run.progress({"closing loops", 0, 0, {}});
-  pipeline_.finish(options_.run.stop);
+  close_loops();
   collect();
   return as_run_failure(tables_.finish());
+}
+
+void Run::close_loops() {
+  const auto show = [this](const std::string& details) {
+    if (options_.run.progress) options_.run.progress({"closing loops", 0, 0, details});
+  };
+  if (pipeline_.map_frame().source() == MapFrameSource::kLoops) show({});
+  pipeline_.finish(
+      {options_.run.stop, [&](const LoopRevision& revision) {
+         show(fmt::format("the map contradicts itself: trial {} of {} at most, {} searched again",
+                          revision.trials, kMostRevisionTrials, counted(revision.searched, "keyframe")));
+       }});
 }
 
 void Run::collect() {

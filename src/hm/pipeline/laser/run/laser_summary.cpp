@@ -108,6 +108,7 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"removed", "removed again: contradicted by others"}, loops.removed);
   const LoopRevision& revision = map.revision;
   v({"revision_trials", "left out on trial at the end"}, revision.trials);
+  v({"revision_searched", "keyframes searched again at the end"}, revision.searched);
   v.or_null({"revised", "changed at the end: the map agrees better with itself"},
             revision.trials > 0 ? std::optional(revision.changes) : std::nullopt);
   v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
