@@ -94,7 +94,7 @@ class HostileFiles(support.ProgramTest):
         self.assertTrue(any(warning.startswith("no map.bt: the voxel at (") for warning in run["warnings"]),
                         run["warnings"])
         self.assertFalse((self.folder / "out/map.bt").exists())
-        for name in ("map.mvog", "map.ply", "trajectory.txt", "report.json", "report.html"):
+        for name in ("map.mvog", "map.ply", "trajectory.tum", "report.json", "report.html"):
             self.assertGreater((self.folder / "out" / name).stat().st_size, 20, name)
 
     def test_a_folder_named_like_a_camera_is_no_recording_of_it(self):

@@ -11,7 +11,7 @@ KEYS = {"scans", "match_ms", "path_length_m", "path_length_odom_m", "mvog", "ins
         "loops", "localisation"}
 LOOP_KEYS = {"corrected", "T_map_odom", "max_shift_m", "rebuild_s", "nodes", "candidates", "accepted", "rejected"}
 INTEL = "laser/flirt_intel-lab.log"
-FILES = ["trajectory.txt", "map.mvog", "map.bt", "map.ply", "map.yaml", "map.pgm", "parameters.toml", "report.json",
+FILES = ["trajectory.tum", "map.mvog", "map.bt", "map.ply", "map.yaml", "map.pgm", "parameters.toml", "report.json",
          "report.html"]
 # Recording -> (poses from, least share of scans with a pose, path between, area of the map between, m and m2).
 REAL = {
@@ -49,8 +49,8 @@ class Laser(support.SharedFolderTest):
         page = (self.folder / "result/report.html").read_text()
         for word in ("data:image", "Height", "Velocity", "truth"):
             self.assertIn(word, page)
-        self.assertEqual(len((self.folder / "result/trajectory.txt").read_text().splitlines()), scans["posed"])
-        poses = self.run_json("evaluate", "trajectory", "result/trajectory.txt", self.flight / "groundtruth.txt",
+        self.assertEqual(len((self.folder / "result/trajectory.tum").read_text().splitlines()), scans["posed"])
+        poses = self.run_json("evaluate", "trajectory", "result/trajectory.tum", self.flight / "groundtruth.txt",
                               "--set", "trajectory_error.association=interpolate")
         self.assertAlmostEqual(poses["ate_rmse_m"], run["ate_rmse_m"], places=3)
 
@@ -69,8 +69,8 @@ class Laser(support.SharedFolderTest):
         # The control frame does not depend on loops.
         loops = self.run_json("laser", self.flight, "-o", "loops", *short)
         self.assertEqual(loops["path_length_odom_m"], plain["path_length_odom_m"])
-        self.assertEqual((self.folder / "loops/trajectory_odom.txt").read_bytes(),
-                         (self.folder / "plain/trajectory.txt").read_bytes())
+        self.assertEqual((self.folder / "loops/trajectory_odom.tum").read_bytes(),
+                         (self.folder / "plain/trajectory.tum").read_bytes())
         (self.folder / "bare").mkdir()
         for name in ("recording.bag", "rig.toml"):
             shutil.copy(self.flight / name, self.folder / "bare" / name)
@@ -98,7 +98,7 @@ class Laser(support.SharedFolderTest):
                 self.assertLess(place["first_fix_s"], 3)
                 self.assertIsNone(run["loops"])
                 errors = []
-                for stamp, pose in self.poses("again/trajectory.txt").items():
+                for stamp, pose in self.poses("again/trajectory.tum").items():
                     time_s = float(stamp)
                     distance_s, near = min((abs(other_s - time_s), other) for other_s, other in stamps_second)
                     if distance_s < 0.005:
@@ -143,7 +143,7 @@ class Laser(support.SharedFolderTest):
         self.assertEqual(run["relations"], {"used": 2, "unmatched": 0})
         self.assertAlmostEqual(run["relation_error_m"]["mean"], 250, delta=10)
         self.run_hm("laser", self.flight, "-o", "two", *short)
-        for name in ("trajectory.txt", "map.mvog", "map.bt", "map.pgm", "height.csv"):
+        for name in ("trajectory.tum", "map.mvog", "map.bt", "map.pgm", "height.csv"):
             self.assertEqual((self.folder / "one" / name).read_bytes(), (self.folder / "two" / name).read_bytes(), name)
 
     def test_realtime_takes_its_time(self):
@@ -164,6 +164,13 @@ class Laser(support.SharedFolderTest):
         self.assertLess(document["scans"]["read"], document["scans"]["total"])
         self.assertTrue(any("stopped after" in warning for warning in document["warnings"]))
         self.check_files("stopped", FILES)
+
+    def test_a_memory_cap_is_said_and_judged(self):
+        run = self.run_json("laser", self.flight, "-o", "result", "--set", "mvog.max_map_mb=1", "--set",
+                            "mvog.resolution_m=0.02", "--set", "laser.pictures=false", "--set", "laser.duration_s=8")
+        self.assertGreater(run["columns_refused"], 0)
+        self.assertTrue(any("cap of 1 MB (mvog.max_map_mb)" in warning for warning in run["warnings"]), run["warnings"])
+        self.assertNotEqual(run["verdict"]["value"], "ok")
 
     def test_wrong_input(self):
         self.simulate("pictures", 2)
@@ -223,7 +230,7 @@ class Laser(support.SharedFolderTest):
         self.assertLess(run["ate_rmse_m"], min(0.2, run["ate_rmse_odom_m"]))
         # Walls that were seen twice are one wall.
         self.assertLess(run["mvog"]["volumes_positive"], 0.9 * run["loops"]["mvog_odom"]["volumes_positive"])
-        self.check_files("wheels", FILES + ["trajectory_odom.txt", "map_frame.csv"])
+        self.check_files("wheels", FILES + ["trajectory_odom.tum", "map_frame.csv"])
         alone = self.intel(data, "alone")
         self.assertGreater(alone["scans"]["searched"], 500)
         self.assertGreaterEqual(alone["scans"]["posed"], 2660)

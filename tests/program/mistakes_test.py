@@ -105,6 +105,28 @@ class UsualMistakes(support.SharedFolderTest):
         self.refused("reconstruct", copy, "-o", "out", says=["hm slam", "--poses", "no poses"])
         self.assertEqual(self.run_json("info", copy)["warnings"], [])
 
+    def test_poses_that_cannot_be_read(self):
+        copy = self.copy()
+        (copy / "poses.txt").unlink(missing_ok=True)
+        rows = [line.split() for line in (copy / "groundtruth.txt").read_text().splitlines() if line[0] != "#"]
+        (copy / "groundtruth.txt").write_text("".join(" ".join(row[:4]) + "\n" for row in rows))
+        says = "groundtruth.txt:1: 4 columns: positions without orientations"
+        for words in (["info", copy], ["odometry", copy, "-o", "odometry"]):
+            warnings = self.run_json(*words)["warnings"]
+            self.assertTrue(any(says in warning for warning in warnings), warnings)
+        self.refused("reconstruct", copy, "-o", "out", says=[says, "--poses"])
+        self.refused("evaluate", "trajectory", "odometry/trajectory.tum", copy, says=[says])
+        (copy / "groundtruth.txt").write_text("timestamp,tx,ty,tz,qx,qy,qz,qw\n" +
+                                              "".join(",".join(row) + "\n" for row in rows))
+        self.assertEqual(self.run_json("info", copy)["frames_with_pose"],
+                         self.run_json("info", self.recording)["frames_with_pose"])
+
+    def test_quaternions_with_the_real_part_first(self):
+        copy = self.copy()
+        rows = [line.split() for line in (copy / "groundtruth.txt").read_text().splitlines() if line[0] != "#"]
+        (copy / "groundtruth.txt").write_text("".join(" ".join([*row[:4], row[7], *row[4:7]]) + "\n" for row in rows))
+        self.refused("reconstruct", copy, "-o", "out", says=["qw qx qy qz instead of qx qy qz qw"])
+
     def test_poses_of_another_clock(self):
         copy = self.copy()
         poses = [line.split(" ", 1) for line in (copy / "groundtruth.txt").read_text().splitlines() if line[0] != "#"]

@@ -159,6 +159,7 @@ class Reconstruct(support.ProgramTest):
         self.assertLessEqual(run["map_bytes"], 2_000_000)
         self.assertGreater(run["volumes_refused"], 0)
         self.assertTrue(any("memory cap of 2 MB" in warning for warning in run["warnings"]))
+        self.assertNotEqual(run["verdict"]["value"], "ok")
         self.assertEqual(run["frames"]["integrated"] + run["frames"]["skipped"], 20)
         self.assertGreater(run["triangles"], 1000)
 

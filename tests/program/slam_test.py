@@ -121,6 +121,15 @@ class Slam(support.SharedFolderTest):
         document = self.run_json("reconstruct", "bare", "-o", "mesh2", "--poses", "nowhere.tum", expect=3)
         self.assertIn("nowhere.tum", json.dumps(document["error"]))
 
+    def test_memory_caps_are_said_and_judged(self):
+        run = self.run_json("slam", self.recording, "-o", "result", "--maps", "mvog", "--set", "tsdf.max_map_mb=1", "--set",
+                            "mvog.max_map_mb=1", "--set", "mvog.resolution_m=0.02", "--set",
+                            "reconstruction.pictures=false", *COARSE)
+        self.assertGreater(run["volumes_refused"], 0)
+        for parameter in ("tsdf.max_map_mb", "mvog.max_map_mb"):
+            self.assertTrue(any(f"cap of 1 MB ({parameter})" in warning for warning in run["warnings"]), run["warnings"])
+        self.assertNotEqual(run["verdict"]["value"], "ok")
+
     def test_wrong_input(self):
         self.run_json("slam", "nowhere", expect=3)
         document = self.run_json("slam", self.recording, "--maps", "points,globe", expect=2)

@@ -153,7 +153,7 @@ class Words(support.SharedFolderTest):
         true_path_m = info["truth"]["path_length_m"]
         self.assertAlmostEqual(float(shown[2]), true_path_m, delta=0.01 * true_path_m)
         self.assertAlmostEqual(float(shown[1]), true_path_m, delta=0.02 * true_path_m)
-        self.assertAlmostEqual(self.run_json("info", "flown/trajectory.txt")["path_length_m"], float(shown[1]), delta=0.01)
+        self.assertAlmostEqual(self.run_json("info", "flown/trajectory.tum")["path_length_m"], float(shown[1]), delta=0.01)
         self.assertIn(f"2 of {len(relations)} relations have no pose at their times", text.stderr)
         self.assertEqual(text.stdout.splitlines()[-1], "open flown/report.html")
         for one in (text.stdout, text.stderr):

@@ -71,6 +71,8 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
   if (!error) return hm::forward_error(error);
   const hm::MeasuredMesh measured{*error, params};
   Outcome outcome{to_text(measured), to_json(measured), {}, {}};
+  if (std::string warning = hm::mesh_size_warning(flags.result, *mesh, *truth); !warning.empty())
+    outcome.warnings.push_back(std::move(warning));
   if (!flags.report.empty()) {
     const auto written = write_report(flags, hm::mesh_report_html(*mesh, *truth, measured, loop), outcome);
     if (!written) return hm::forward_error(written);

@@ -32,6 +32,7 @@ MultiVolumeGrid& MultiVolumeGrid::operator=(MultiVolumeGrid&&) noexcept = defaul
 
 const MvogParams& MultiVolumeGrid::params() const { return impl_->params; }
 std::uint64_t MultiVolumeGrid::revision() const { return impl_->revision; }
+std::size_t MultiVolumeGrid::columns_refused() const { return impl_->columns_refused; }
 std::size_t MultiVolumeGrid::bytes() const { return sizeof(*this) + sizeof(Impl) + impl_->store.bytes(); }
 
 /// True if a recent scan was taken from this position, which becomes the latest.
@@ -154,6 +155,7 @@ BeamScanStats MultiVolumeGrid::insert(const BeamScan& scan) {
   for (const ScanLayers::Patch& patch : impl_->raster.layers().patches())
     for (std::size_t tile = 0; tile < kPatchTiles; ++tile) impl_->update_tile(patch, tile, stats);
   if (impl_->changed) ++impl_->revision;
+  impl_->columns_refused += stats.columns_refused;
   return stats;
 }
 

@@ -107,6 +107,8 @@ class MultiVolumeGrid {
   [[nodiscard]] MvogSize size() const;
   /// Memory of the map in bytes, including reserves: heap and object.
   [[nodiscard]] std::size_t bytes() const;
+  /// How often the memory limit has kept insert() from updating a column, since this object was made.
+  [[nodiscard]] std::size_t columns_refused() const;
 
   /// Converts the map to bytes (docs/file_formats.md) and back. Errors of damaged bytes name the offset.
   [[nodiscard]] std::vector<std::byte> serialise() const;

@@ -25,6 +25,7 @@ struct MultiVolumeGrid::Impl {
   mvog::ColumnUpdater updater;
   mvog::TileStore store;
   std::uint64_t revision = 0, scans = 0;
+  std::size_t columns_refused = 0;  ///< in all
   /// Origins of the last scans, latest first; scans from the same origin count as one view.
   std::array<Eigen::Vector3d, kViews> views;
   std::size_t view_count = 0;

@@ -1,7 +1,9 @@
 #include "hm/io/bytes/text_lines.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <string>
 #include <system_error>
 
 #include "hm/io/bytes/file_bytes.hpp"
@@ -24,6 +26,19 @@ std::optional<Number> parse_as(std::string_view word) {
   const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (status != std::errc{} || end != word.data() + word.size()) return std::nullopt;
   return value;
+}
+
+/// Unix time in milliseconds, microseconds or nanoseconds, told by its 13, 16 or 19 digits (2001 to 2286), as
+/// decimal seconds; empty for another word.
+std::string seconds_of_parts(std::string_view word) {
+  constexpr std::size_t kDigitsOfSeconds = 10;
+  const std::size_t digits = std::min(word.find_first_not_of("0123456789"), word.size());
+  if (digits != 13 && digits != 16 && digits != 19) return {};
+  std::string_view fraction = word.substr(digits);
+  if (!fraction.empty() && fraction.front() != '.') return {};
+  if (!fraction.empty()) fraction.remove_prefix(1);
+  return fmt::format("{}.{}{}", word.substr(0, kDigitsOfSeconds),
+                     word.substr(kDigitsOfSeconds, digits - kDigitsOfSeconds), fraction);
 }
 
 }  // namespace
@@ -92,8 +107,9 @@ std::optional<double> parse_number(std::string_view word) { return parse_as<doub
 
 std::optional<Time> parse_stamp(std::string_view word) {
   constexpr long double kMaxSeconds = 9.2e9L;
+  const std::string of_parts = seconds_of_parts(word);
   // 64 bits of mantissa hold a stamp of this century to a tenth of a nanosecond.
-  const auto seconds = parse_as<long double>(word);
+  const auto seconds = parse_as<long double>(of_parts.empty() ? word : of_parts);
   if (!seconds || !std::isfinite(*seconds) || std::fabs(*seconds) > kMaxSeconds) return std::nullopt;
   return Time{std::llround(*seconds * 1e9L)};
 }

@@ -43,6 +43,7 @@ std::vector<std::string_view> cells(std::string_view line, char separator);
 /// Parses a whole word as a number, including NaN and infinities; nothing if it is not a number.
 std::optional<double> parse_number(std::string_view word);
 /// Parses decimal seconds, exact to the nanosecond; nothing if it is not a number or beyond 290 years.
+/// Numbers beyond that with 13, 16 or 19 digits are Unix time in milliseconds, microseconds or nanoseconds.
 std::optional<Time> parse_stamp(std::string_view word);
 /// Formats a time as seconds with nine decimals.
 std::string stamp_text(Time stamp);

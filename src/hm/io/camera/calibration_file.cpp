@@ -163,7 +163,10 @@ std::string motion_text(const SE3& motion) {
 }  // namespace
 
 Result<RgbdCalibration> read_calibration(const std::filesystem::path& path) {
-  const auto file = parse_toml_file(path);
+  auto file = parse_toml_file(path);
+  if (!file && file.error().code == ErrorCode::kCorrupted)
+    file.error().message +=
+        " (no calibration.toml; intrinsics alone are given with --intrinsics FX FY CX CY)";
   if (!file) return forward_error(file);
   return CalibrationReader(path).read(*file);
 }

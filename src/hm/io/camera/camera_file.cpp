@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 
 namespace hm {
@@ -68,8 +69,43 @@ Result<void> check_needed(const Entries& entries, const std::string& where) {
   std::string missing;
   for (const std::string_view key : {"fx", "fy", "cx", "cy"})
     if (!entries.contains(key)) missing += missing.empty() ? std::string(key) : ", " + std::string(key);
-  if (!missing.empty()) return fail(ErrorCode::kCorrupted, where, "{} missing", missing);
+  if (!missing.empty())
+    return fail(ErrorCode::kCorrupted, where, "{} missing: write one `key value` a line, as `fx 525`",
+                missing);
   return {};
+}
+
+/// The numbers of a file that holds nothing else, without names; empty for another file.
+std::vector<double> bare_numbers(const TextFile& file) {
+  std::vector<double> numbers;
+  for (const TextLine& line : file.lines())
+    for (const std::string& word : key_and_value(line.text)) {
+      const auto value = parse_number(word);
+      if (!value) return {};
+      numbers.push_back(*value);
+    }
+  return numbers;
+}
+
+/// fx fy cx cy, or a camera matrix.
+Result<CameraFile> camera_of_numbers(const std::vector<double>& numbers, const std::filesystem::path& path) {
+  CameraFile file;
+  if (numbers.size() == 4) {
+    file.camera.fx = numbers[0], file.camera.fy = numbers[1];
+    file.camera.cx = numbers[2], file.camera.cy = numbers[3];
+    if (auto checked = check_intrinsics(file.camera, path); !checked) return forward_error(checked);
+    return file;
+  }
+  if (numbers.size() != 9 && numbers.size() != 16)
+    return fail(
+        ErrorCode::kCorrupted, path,
+        "{} without names, where fx fy cx cy alone, or a 3x3 matrix, would do: write one `key value` a "
+        "line, as `fx 525` (also width, height, k1, k2, p1, p2, k3, depth_scale)",
+        counted(numbers.size(), "number"));
+  const auto camera = camera_of_matrix(numbers, path);
+  if (!camera) return forward_error(camera);
+  file.camera = *camera;
+  return file;
 }
 
 }  // namespace
@@ -103,6 +139,7 @@ Result<void> check_given_depth_scale(double units_per_m) {
 Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
   const auto text = TextFile::read(path);
   if (!text) return forward_error(text);
+  if (const auto numbers = bare_numbers(*text); !numbers.empty()) return camera_of_numbers(numbers, path);
   CameraFile file;
   const auto entries = read_entries(*text, file.unknown_keys);
   if (!entries) return forward_error(entries);

@@ -101,6 +101,13 @@ Found read_matrix(const fs::path& path) {
   return ForeignCamera{*camera, kScanNetUnits_per_m, path};
 }
 
+/// ETH3D's `fx fy cx cy`. Nothing in another file: calibration.txt is a common name.
+Found read_four_numbers(const fs::path& path) {
+  const auto file = read_camera_file(path);
+  if (!file) return std::nullopt;
+  return ForeignCamera{file->camera, file->depth_units_per_m, path};
+}
+
 struct Layout {
   const char* name;
   Found (*read)(const fs::path& path);
@@ -110,7 +117,7 @@ constexpr std::array kLayouts{
     Layout{"camera_primesense.json", read_open3d}, Layout{"intrinsic/intrinsic_depth.txt", read_matrix},
     Layout{"intrinsics_depth.txt", read_matrix},   Layout{"info.txt", read_sensor_info},
     Layout{"_info.txt", read_sensor_info},         Layout{"cam_params.json", read_replica},
-    Layout{"../cam_params.json", read_replica}};
+    Layout{"../cam_params.json", read_replica},    Layout{"calibration.txt", read_four_numbers}};
 
 }  // namespace
 

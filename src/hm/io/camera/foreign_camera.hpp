@@ -18,8 +18,8 @@ struct ForeignCamera {
 /// Open3D's intrinsic.json, camera_intrinsic.json or camera_primesense.json (`intrinsic_matrix`, column by
 /// column; `depth_scale`); ScanNet's intrinsic/intrinsic_depth.txt or intrinsics_depth.txt (a matrix);
 /// BundleFusion's and 3RScan's info.txt or _info.txt (`m_calibrationDepthIntrinsic`, `m_depthShift`);
-/// Replica's cam_params.json, also in the folder above. Nothing: there is none. Error: the first that is
-/// there cannot be used.
+/// Replica's cam_params.json, also in the folder above, ETH3D's calibration.txt. Nothing: there is none.
+/// Error: the first that is there cannot be used.
 Result<std::optional<ForeignCamera>> find_foreign_camera(const std::filesystem::path& folder);
 
 }  // namespace hm

@@ -82,6 +82,14 @@ TEST_F(ForeignCameraFile, ThatCannotBeUsedIsNamed) {
   }
 }
 
+TEST_F(ForeignCameraFile, FourNumbersOfEth3d) {
+  const auto found = found_in("calibration.txt", "726.2 726.3 354.6 186.4\n");
+  ASSERT_TRUE(found && *found);
+  EXPECT_EQ((*found)->camera.fy, 726.3);
+  EXPECT_EQ((*found)->camera.cy, 186.4);
+  EXPECT_FALSE((*found)->depth_units_per_m);
+}
+
 TEST_F(ForeignCameraFile, OfAnotherKindIsLeftAlone) {
   const auto notes = found_in("info.txt", "recorded on Monday\n");
   ASSERT_TRUE(notes);

@@ -98,9 +98,8 @@ Result<FoundLaserFile> find_in_folder(const std::filesystem::path& folder) {
     return fail(ErrorCode::kNotFound, folder, "this folder holds depth images, not a laser recording");
   const auto files = laser_files_in(folder);
   if (files.empty()) return fail(ErrorCode::kNotFound, folder, "{}", not_laser(folder));
-  if (files.size() > 1)
-    return fail(ErrorCode::kUsage, folder, "{} laser recordings in this folder ({}, {} ...): name one",
-                files.size(), files[0].path.filename().string(), files[1].path.filename().string());
+  if (const std::string several = several_laser_files(files); !several.empty())
+    return fail(ErrorCode::kUsage, folder, "{}", several);
   return files[0];
 }
 
@@ -118,6 +117,13 @@ std::vector<FoundLaserFile> laser_files_in(const std::filesystem::path& folder) 
   }
   std::ranges::sort(found, {}, &FoundLaserFile::path);
   return found;
+}
+
+std::string several_laser_files(const std::vector<FoundLaserFile>& files) {
+  if (files.size() < 2) return {};
+  return fmt::format("{} laser recordings in this folder ({}, {}{}): name one, as {}", files.size(),
+                     files[0].path.filename().string(), files[1].path.filename().string(),
+                     files.size() > 2 ? " ..." : "", files[0].path.string());
 }
 
 Result<FoundLaserFile> find_laser_file(const std::filesystem::path& path,

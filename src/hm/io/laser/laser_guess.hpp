@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "hm/core/result.hpp"
@@ -20,5 +21,7 @@ Result<FoundLaserFile> find_laser_file(const std::filesystem::path& path,
 
 /// Laser recordings directly in a folder, sorted by name.
 std::vector<FoundLaserFile> laser_files_in(const std::filesystem::path& folder);
+/// What is said where these are more than one; empty otherwise.
+std::string several_laser_files(const std::vector<FoundLaserFile>& files);
 
 }  // namespace hm::detail

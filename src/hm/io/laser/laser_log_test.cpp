@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/io_test_support.hpp"
 
 /// The text logs, on small ones written here.
@@ -288,10 +289,20 @@ TEST_F(LaserLogs, AFolderWithOneLogIsThatLog) {
   ASSERT_TRUE(recording->rig);
   EXPECT_EQ(recording->lasers.at(0).T_base_laser.translation().z(), 0.5);
 
+  write_bytes(folder_ / "groundtruth.txt", "976052857.0 1 2 3\n");
+  const auto without_truth = open_laser_recording(folder_ / ".");
+  ASSERT_TRUE(without_truth) << to_string(without_truth.error());
+  EXPECT_TRUE(without_truth->truth.empty());
+  EXPECT_THAT(without_truth->notes, ::testing::Contains(HasSubstr("groundtruth.txt:1: 4 columns")));
+
   write_bytes(folder_ / "b.log", kRobotLaser);
   const auto two = open_laser_recording(folder_ / ".");
   ASSERT_FALSE(two);
-  EXPECT_THAT(two.error().message, HasSubstr("name one"));
+  EXPECT_THAT(two.error().message,
+              HasSubstr("2 laser recordings in this folder (a.log, b.log): name one, as "));
+  const auto as_images = open_recording(folder_ / ".");
+  ASSERT_FALSE(as_images);
+  EXPECT_EQ(as_images.error().message, two.error().message);
   const auto first = open_laser_recording(folder_ / "a.log");
   ASSERT_TRUE(first);
   EXPECT_TRUE(first->truth.empty());  // ambiguous which recording the truth belongs to

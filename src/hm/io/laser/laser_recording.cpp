@@ -6,10 +6,10 @@
 #include <system_error>
 
 #include "hm/io/bytes/skip_counter.hpp"
-#include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/laser/laser_guess.hpp"
 #include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
+#include "hm/io/lists/pose_list.hpp"
 
 namespace hm {
 namespace {
@@ -55,19 +55,22 @@ Result<void> add_rig(LaserRecording& recording) {
   return {};
 }
 
-/// Reads groundtruth.txt beside the recording, if it is the only recording there.
-Result<void> add_truth(LaserRecording& recording) {
+/// Reads groundtruth.txt beside the recording, if it is the only recording there; one that cannot be read is
+/// noted.
+void add_truth(LaserRecording& recording) {
   std::error_code ignored;
   const std::filesystem::path truth_path = recording.path.parent_path() / "groundtruth.txt";
   if (!std::filesystem::exists(truth_path, ignored) ||
       detail::laser_files_in(recording.path.parent_path()).size() > 1)
-    return {};
+    return;
   auto truth = detail::read_pose_list(truth_path);
-  if (!truth) return forward_error(truth);
+  if (!truth) {
+    recording.notes.push_back("the true poses are not used: " + to_string(truth.error()));
+    return;
+  }
   recording.truth = std::move(truth->poses);
   recording.truth_source = "groundtruth.txt";
   detail::add_skipped(recording, std::move(truth->skipped));
-  return {};
 }
 
 /// Says where the range sensor is mounted, or why that is unknown.
@@ -120,7 +123,7 @@ Result<LaserRecording> open_laser_recording(const std::filesystem::path& path,
   if (!recording) return recording;
   if (const auto added = add_rig(*recording); !added) return forward_error(added);
   note_range_mount(*recording);
-  if (const auto added = add_truth(*recording); !added) return forward_error(added);
+  add_truth(*recording);
   return recording;
 }
 

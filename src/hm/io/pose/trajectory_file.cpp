@@ -17,20 +17,14 @@
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/lists/pose_table.hpp"
 
 namespace hm {
 namespace {
 
-enum class Format { kTum, kEuroc, kKitti, kMatrices, kRedwood };
+enum class Format { kQuaternions, kKitti, kMatrices, kRedwood };
 
 constexpr double kQuaternionTolerance = 1e-2;
-
-std::optional<Time> parse_nanoseconds(std::string_view text) {
-  std::int64_t ns = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return Time{ns};
-}
 
 std::optional<std::uint32_t> parse_frame_number(std::string_view text) {
   std::uint32_t number = 0;
@@ -55,17 +49,15 @@ SE3 pose_of_tum(const std::array<double, 7>& v) {
 /// What becomes of a line whose stamp does not come after the one before.
 enum class Repeated { kIsAnError, kIsLeftOut };
 
-/// Reads one file line by line; recognises the format from a comment or the first line of data.
+/// Reads one file line by line; recognises the format from its header or the first line of data.
 class TrajectoryReader {
  public:
   explicit TrajectoryReader(const TextFile& file, Repeated repeated = Repeated::kIsAnError)
-      : file_(file), repeated_(repeated) {}
+      : file_(file), table_(detail::pose_table(file)), repeated_(repeated) {}
 
   Result<Trajectory> read() {
-    for (const std::string_view comment : file_.comments())
-      if (comment.starts_with("#timestamp") && comment.find(',') != std::string_view::npos)
-        format_ = Format::kEuroc;
-    for (const TextLine& line : file_.lines()) {
+    if (table_.has_comma_header) format_ = Format::kQuaternions;
+    for (const TextLine& line : table_.lines) {
       where_ = file_.where(line);
       line_number_ = line.number;
       if (const auto added = add(line.text); !added) return forward_error(added);
@@ -74,7 +66,7 @@ class TrajectoryReader {
     if (frame_) return fail(ErrorCode::kCorrupted, where_, "the last matrix is cut off");
     return std::move(trajectory_);
   }
-  [[nodiscard]] bool has_stamps() const { return format_ == Format::kTum || format_ == Format::kEuroc; }
+  [[nodiscard]] bool has_stamps() const { return format_ == Format::kQuaternions; }
   /// Numbers of the frames, where poses have no stamps.
   [[nodiscard]] const std::vector<std::size_t>& frames() const { return frames_; }
   [[nodiscard]] bool names_frames() const { return format_ == Format::kRedwood; }
@@ -85,18 +77,19 @@ class TrajectoryReader {
   using Row = std::vector<std::string_view>;
 
   Result<void> add(std::string_view line) {
-    const Row row = format_ == Format::kEuroc ? cells(line, ',') : words(line);
+    const Row row = detail::pose_columns(line);
     if (!format_) {
       format_ = format_of(row.size());
       if (!format_)
-        return fail(ErrorCode::kCorrupted, where_,
-                    "{} columns where a trajectory has 8 (TUM), 12 (KITTI), 16 (Replica) or 3 (Redwood), or "
-                    "starts with '#timestamp' (EuRoC)",
-                    row.size());
+        return fail(
+            ErrorCode::kCorrupted, where_,
+            "{} columns{} where a trajectory has 8 (TUM), 12 (KITTI), 16 (Replica) or 3 (Redwood), or "
+            "starts with '#timestamp' (EuRoC)",
+            row.size(), row.size() == 4 ? " (positions without orientations?)" : "");
     }
     if (*format_ == Format::kRedwood) return add_redwood(row);
     const std::size_t wanted = *format_ == Format::kKitti ? 12 : *format_ == Format::kMatrices ? 16 : 8;
-    if (row.size() < wanted || (row.size() > wanted && *format_ != Format::kEuroc))
+    if (row.size() < wanted || (row.size() > wanted && !table_.has_comma_header))
       return fail(ErrorCode::kCorrupted, where_, "{} columns instead of {}", row.size(), wanted);
     return wanted == 8 ? add_quaternion(row) : add_matrix(row, trajectory_.size());
   }
@@ -104,7 +97,7 @@ class TrajectoryReader {
   static std::optional<Format> format_of(std::size_t columns) {
     switch (columns) {
       case 8:
-        return Format::kTum;
+        return Format::kQuaternions;
       case 12:
         return Format::kKitti;
       case 16:
@@ -138,14 +131,13 @@ class TrajectoryReader {
   }
 
   Result<void> add_quaternion(const Row& row) {
-    const bool euroc = *format_ == Format::kEuroc;
-    const auto stamp = euroc ? parse_nanoseconds(row[0]) : parse_stamp(row[0]);
+    const auto stamp = table_.stamp(row[0]);
     if (!stamp)
       return fail(ErrorCode::kCorrupted, where_, "'{}' is no stamp in {}", row[0],
-                  euroc ? "nanoseconds" : "seconds");
+                  table_.in_nanoseconds ? "nanoseconds" : "seconds");
     std::array<double, 7> v{};
     if (const auto read = numbers(row, 1, v); !read) return read;
-    if (euroc) std::rotate(v.begin() + 3, v.begin() + 4, v.end());  // the real part comes first
+    if (table_.real_part_first) std::rotate(v.begin() + 3, v.begin() + 4, v.end());
     const double length = Eigen::Vector4d(v[3], v[4], v[5], v[6]).norm();
     if (!(std::abs(length - 1.0) <= kQuaternionTolerance))
       return fail(ErrorCode::kInvalidValue, where_, "the quaternion's length is {}, not 1", length);
@@ -186,6 +178,7 @@ class TrajectoryReader {
   }
 
   const TextFile& file_;
+  detail::PoseTable table_;
   Repeated repeated_;
   std::string where_;            ///< the line that is being read
   std::size_t line_number_ = 0;  ///< its number

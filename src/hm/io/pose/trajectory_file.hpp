@@ -11,7 +11,8 @@ namespace hm {
 
 /// Reads the poses of a text file. The format is recognised from the contents:
 ///
-///   TUM    `stamp tx ty tz qx qy qz qw`, seconds and metres, separated by blanks
+///   TUM    `stamp tx ty tz qx qy qz qw`, seconds and metres, separated by blanks, commas or semicolons; a
+///          header that names the columns may put qw first (pose_table.hpp)
 ///   EuRoC  comma separated, a header line that starts with `#timestamp` and stamps in nanoseconds; the
 ///          quaternion's real part comes first. Columns after the eighth are ignored.
 ///   KITTI  12 numbers, the upper three rows of the 4x4 matrix row by row

@@ -192,9 +192,10 @@ TEST(TrajectoryFile, ErrorsNameTheLine) {
                                 {good + "2 0 0 0 0 0 1 1\n", "length is 1.41"},
                                 {good + "1 0 0 0 0 0 0 1\n", "stamp"},
                                 {good + "0.5 0 0 0 0 0 0 1\n", "stamp"},
-                                {good + "1305031102160407000 0 0 0 0 0 0 1\n", "no stamp in seconds"},
+                                {good + "13050311021604070000 0 0 0 0 0 0 1\n", "no stamp in seconds"},
                                 {"# a\n\n1 0 0 0 0 1 0 0 0 0 -1 0\n", "mirror"},
-                                {"# a\n\n1,0,0,0,0,0,0,1\n", "1 columns"}};
+                                {"# a\n\n1,0,0,0,0,0,0\n", "7 columns where"},
+                                {"# a\n\n1 0 0 0\n", "positions without orientations"}};
   for (const Case& bad : cases) {
     write_bytes(folder / "t.txt", bad.text);
     const auto read = read_trajectory(folder / "t.txt");

@@ -4,7 +4,8 @@
 #include <span>
 #include <string>
 
-#include "hm/io/bytes/stamped_list.hpp"
+#include "hm/io/lists/pose_list.hpp"
+#include "hm/io/lists/stamped_list.hpp"
 
 namespace hm::detail {
 

@@ -5,6 +5,7 @@
 #include "hm/depth_camera/frame_calibration.hpp"
 #include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/image/image_file.hpp"
+#include "hm/io/laser/laser_guess.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
@@ -93,6 +94,8 @@ tl::unexpected<Error> not_depth_images(const std::filesystem::path& path) {
   if (is_laser_recording(path))
     return fail(ErrorCode::kUnsupported, path,
                 "this is a laser recording, not depth images: `hm laser` makes a map of it");
+  if (const std::string several = detail::several_laser_files(detail::laser_files_in(path)); !several.empty())
+    return fail(ErrorCode::kUsage, path, "{}", several);
   const std::string hint = detail::hint_of_place(path);
   if (!std::filesystem::is_directory(path, ignored))
     return fail(ErrorCode::kUnsupported, path, "{}",

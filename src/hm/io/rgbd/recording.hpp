@@ -48,7 +48,8 @@ struct RecordingInfo {
   bool has_own_stamps = true;
   Trajectory trajectory;          ///< poses as given (T_world_camera), possibly at another rate
   std::string trajectory_source;  ///< file or files of the poses
-  Trajectory truth;               ///< the exact trajectory, where it differs from the given one
+  std::string poses_unreadable;  ///< why a file of poses cannot be used: "groundtruth.txt:3: ..."; else empty
+  Trajectory truth;              ///< the exact trajectory, where it differs from the given one
   std::optional<std::filesystem::path> truth_mesh;  ///< PLY of the true surface, if there is one
   std::size_t paired_count = 0;                     ///< depth images with a colour image
   std::size_t posed_count = 0;                      ///< depth images with a pose
@@ -72,10 +73,11 @@ class Recording : public FrameSource {
 
 /// Opens a recording folder; its kind is recognised from the files in it:
 /// - TUM RGB-D: depth.txt with rgb.txt, or associations.txt; groundtruth.txt. Poses are interpolated to the
-///   stamp of the depth image. If poses.txt exists, it holds the poses reported by the device and becomes
-///   `trajectory`, and groundtruth.txt becomes `truth`. truth_mesh.ply is the true surface. IMU measurements
-///   beside it (carried_imu_file.hpp) become `imu`; unreadable ones are reported in the notes.
-///   Without these lists: images by their names, and poses beside them (named_images.hpp).
+///   stamp of the depth image; a file of poses that cannot be read is no error (`poses_unreadable`). If
+///   poses.txt exists, it holds the poses reported by the device and becomes `trajectory`, and
+///   groundtruth.txt becomes `truth`. truth_mesh.ply is the true surface. IMU measurements beside it
+///   (carried_imu_file.hpp) become `imu`; unreadable ones are reported in the notes. Without these lists:
+///   images by their names, and poses beside them (named_images.hpp).
 /// - 7-Scenes: frame-XXXXXX.depth.png or .pgm, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
 ///   subfolder.
 /// - ICL-NUIM: associations.txt with integer frame numbers instead of seconds.

@@ -2,11 +2,13 @@
 #include <array>
 #include <cctype>
 #include <span>
+#include <utility>
 
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/camera/camera_file.hpp"
+#include "hm/io/lists/pose_list.hpp"
+#include "hm/io/lists/stamped_list.hpp"
 #include "hm/io/rgbd/carried_imu_file.hpp"
 #include "hm/io/rgbd/named_images.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
@@ -49,32 +51,30 @@ bool has_icl_name(const fs::path& folder) {
   return std::ranges::any_of(kParts, [&](const char* part) { return name.find(part) != std::string::npos; });
 }
 
-Result<PoseList> read_poses(const fs::path& path, const StampRule& rule, RecordingInfo& info) {
+/// Poses of a file; none, and the reason in `info`, where it cannot be read.
+PoseList read_poses(const fs::path& path, const StampRule& rule, RecordingInfo& info) {
   auto list = read_pose_list(path, rule);
-  if (!list) return list;
+  if (!list) {
+    info.poses_unreadable = to_string(list.error());
+    return {};
+  }
+  info.trajectory_source = path.filename().string();
   add_skipped(info, list->skipped);
   if (list->poses.empty()) add_note(info, path.filename().string() + " holds no pose");
-  return list;
+  return std::move(*list);
 }
 
 /// Reads the device's own poses, the truth, or neither.
-Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, const StampRule& rule,
-                              RecordingInfo& info) {
+PoseList choose_poses(const fs::path& device, const fs::path& truth, const StampRule& rule,
+                      RecordingInfo& info) {
   PoseList given;
-  if (is_file(truth)) {
-    auto list = read_poses(truth, rule, info);
-    if (!list) return list;
-    given = std::move(*list);
-    info.trajectory_source = truth.filename().string();
-  }
+  if (is_file(truth)) given = read_poses(truth, rule, info);
   if (is_file(device)) {
-    auto list = read_poses(device, rule, info);
-    if (!list) return list;
-    info.truth = std::move(given.poses);
-    info.trajectory_source = device.filename().string();
-    given = std::move(*list);
+    info.truth = std::exchange(given.poses, {});
+    info.trajectory_source.clear();
+    given = read_poses(device, rule, info);
   }
-  if (info.trajectory_source.empty())
+  if (info.trajectory_source.empty() && info.poses_unreadable.empty())
     add_note(info, "no poses: there is no groundtruth.txt, poses.txt, pose/ or traj.txt that can be used");
   info.trajectory = given.poses;
   return given;
@@ -87,12 +87,12 @@ std::vector<Time> stamps_of(const ImageList& list) {
 }
 
 /// Those of the folder's lists, else those that other programs leave beside named images.
-Result<PoseList> poses_in(const fs::path& folder, bool is_named, std::span<const Time> stamps, double rate_hz,
-                          RecordingInfo& info) {
+PoseList poses_in(const fs::path& folder, bool is_named, std::span<const Time> stamps, double rate_hz,
+                  RecordingInfo& info) {
   const fs::path device = folder / "poses.txt", truth = folder / "groundtruth.txt";
   if (!is_file(device) && !is_file(truth) && is_named) {
     auto named = find_named_poses(folder, stamps, rate_hz);
-    if (!named) add_note(info, "poses are not used: " + to_string(named.error()));
+    if (!named) info.poses_unreadable = to_string(named.error());
     if (named && *named) {
       add_skipped(info, (*named)->list.skipped);
       info.trajectory = (*named)->list.poses;
@@ -216,11 +216,10 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   if (!rate) return forward_error(rate);
   const auto lists = read_tum_lists(folder, is_named, *rate, listing.info);
   if (!lists) return forward_error(lists);
-  const auto poses = poses_in(folder, is_named, stamps_of(lists->depth), *rate, listing.info);
-  if (!poses) return forward_error(poses);
+  const PoseList poses = poses_in(folder, is_named, stamps_of(lists->depth), *rate, listing.info);
   if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
   add_imu(listing.info);
-  pair_up(listing, *lists, *poses, options);
+  pair_up(listing, *lists, poses, options);
   return listing;
 }
 
@@ -246,9 +245,8 @@ Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOp
   const StampRule by_number{*rate};
   const auto lists = read_associations(associations, by_number);
   if (!lists) return forward_error(lists);
-  const auto poses = choose_poses({}, truth, by_number, listing.info);
-  if (!poses) return forward_error(poses);
-  pair_up(listing, *lists, *poses, options);
+  const PoseList poses = choose_poses({}, truth, by_number, listing.info);
+  pair_up(listing, *lists, poses, options);
   return listing;
 }
 

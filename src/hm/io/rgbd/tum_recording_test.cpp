@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {
@@ -16,6 +17,20 @@ class TumRecording : public ::testing::Test {
     auto recording = open_recording(path_, options);
     EXPECT_TRUE(recording) << to_string(recording.error());
     return recording ? std::move(*recording) : nullptr;
+  }
+  /// Poses of the frames with this between the columns.
+  static void write_poses(const fs::path& path, const std::string& separator) {
+    std::string text;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const RgbdFrame frame = small_frame(i);
+      const Eigen::Quaterniond q = frame.T_world_camera->quaternion();
+      const Vec3& t = frame.T_world_camera->translation();
+      text += stamp_text(frame.stamp);
+      for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
+        text += fmt::format("{}{:.9f}", separator, value);
+      text += '\n';
+    }
+    ASSERT_TRUE(write_file_text(path, text));
   }
   TemporaryFolder folder_;
   fs::path path_ = folder_.path() / "recording";
@@ -176,6 +191,39 @@ TEST_F(TumRecording, OptionsComeBeforeFiles) {
   EXPECT_EQ(unscaled.error().where, "--depth-units-per-m");
   EXPECT_EQ(unscaled.error().code, ErrorCode::kUsage);
   EXPECT_FALSE(open_recording(path_, {.kind = RecordingKind::kSevenScenes}));
+}
+
+TEST_F(TumRecording, PosesThatCannotBeReadAreNoErrorAndSaid) {
+  ASSERT_TRUE(write_file_text(path_ / "groundtruth.txt", "1 2 3 4\n"));
+  const auto positions = open();
+  EXPECT_EQ(positions->info().frame_count, 4U);
+  EXPECT_EQ(positions->info().posed_count, 0U);
+  EXPECT_TRUE(positions->info().trajectory.empty());
+  EXPECT_NE(positions->info().poses_unreadable.find("groundtruth.txt:1: 4 columns"), std::string::npos);
+  // The truth does not take the place of poses of the device that cannot be read.
+  write_poses(path_ / "groundtruth.txt", " ");
+  ASSERT_TRUE(write_file_text(path_ / "poses.txt", "x 0 0 0 0 0 0 1\n"));
+  const auto device = open();
+  EXPECT_EQ(device->info().posed_count, 0U);
+  EXPECT_TRUE(device->info().trajectory_source.empty());
+  EXPECT_EQ(device->info().truth.size(), 4U);
+  EXPECT_NE(device->info().poses_unreadable.find("poses.txt:1"), std::string::npos);
+}
+
+TEST_F(TumRecording, PosesWithCommasAndListsOfWindowsAreRead) {
+  write_poses(path_ / "groundtruth.txt", ",");
+  for (const char* list : {"depth.txt", "rgb.txt"}) {
+    std::string text = file_text(path_ / list);
+    std::ranges::replace(text, '/', '\\');
+    ASSERT_TRUE(write_file_text(path_ / list, text));
+  }
+  const auto recording = open();
+  EXPECT_TRUE(recording->info().poses_unreadable.empty()) << recording->info().poses_unreadable;
+  EXPECT_EQ(recording->info().posed_count, 4U);
+  EXPECT_EQ(recording->info().missing_images, 0U);
+  EXPECT_EQ(recording->info().paired_count, 4U);
+  EXPECT_LT(pose_difference(recording->info().trajectory[1].T_world_base, *small_frame(1).T_world_camera),
+            2e-9);
 }
 
 TEST_F(TumRecording, IntrinsicsOfAnotherSizeAreScaledOrRefused) {

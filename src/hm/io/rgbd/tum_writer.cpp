@@ -7,10 +7,10 @@
 #include "hm/io/bytes/append_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/image/image_file.hpp"
+#include "hm/io/lists/stamped_list.hpp"
 #include "hm/io/rgbd/carried_imu_file.hpp"
 
 namespace hm {

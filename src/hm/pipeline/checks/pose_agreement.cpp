@@ -19,8 +19,16 @@ constexpr double kMinOverlap = 0.1;
 /// A point lies on what the other view measured within this distance, which grows with depth (noise, edges).
 constexpr double kTolerance_m = 0.08, kToleranceRatio = 0.04;
 
+/// The pose whose quaternion qw qx qy qz was read as qx qy qz qw. Interpolation between two does not depend
+/// on the order.
+SE3 in_other_order(const SE3& pose) {
+  const Eigen::Quaterniond& q = pose.quaternion();
+  return {Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()), pose.translation()};
+}
+
 SE3 motion_between(const SE3& from, const SE3& to, const ReadingHypothesis& hypothesis) {
   if (hypothesis.poses_ignored) return {};
+  if (hypothesis.real_part_first) return in_other_order(to).inverse() * in_other_order(from);
   return hypothesis.poses_inverted ? to * from.inverse() : to.inverse() * from;
 }
 
@@ -102,6 +110,7 @@ std::string to_string(const ReadingHypothesis& hypothesis) {
   if (hypothesis.poses_ignored) add("poses ignored");
   if (hypothesis.poses_inverted) add("poses inverted");
   if (hypothesis.fy_flipped) add("-fy");
+  if (hypothesis.real_part_first) add("qw first");
   if (hypothesis.depth_factor != 1.0) add(fmt::format("depth x {}", hypothesis.depth_factor));
   return text.empty() ? "as given" : text;
 }
@@ -172,7 +181,7 @@ std::vector<ReadingHypothesis> reading_hypotheses(double units_per_m) {
     const auto is_same = [&](double other) { return std::abs(factor / other - 1) < kSame_ratio; };
     if (!is_same(1) && std::ranges::none_of(factors, is_same)) factors.push_back(factor);
   }
-  std::vector<ReadingHypothesis> all{{}, {.poses_ignored = true}};
+  std::vector<ReadingHypothesis> all{{}, {.poses_ignored = true}, {.real_part_first = true}};
   for (const bool inverted : {false, true})
     for (const bool flipped : {false, true}) {
       if (inverted || flipped) all.push_back({.poses_inverted = inverted, .fy_flipped = flipped});

@@ -17,10 +17,13 @@ struct FramePair {
 struct ReadingHypothesis {
   bool poses_inverted = false;  ///< the given poses are T_camera_world
   bool fy_flipped = false;
-  bool poses_ignored = false;  ///< as if the camera had not moved: what a reading must beat
+  bool real_part_first = false;  ///< quaternions are qw qx qy qz, and were read as qx qy qz qw
+  bool poses_ignored = false;    ///< as if the camera had not moved: what a reading must beat
   double depth_factor = 1.0;
 
-  [[nodiscard]] int changes() const { return poses_inverted + fy_flipped + (depth_factor != 1.0); }
+  [[nodiscard]] int changes() const {
+    return poses_inverted + fy_flipped + real_part_first + (depth_factor != 1.0);
+  }
 };
 std::string to_string(const ReadingHypothesis& hypothesis);
 
@@ -49,7 +52,8 @@ std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const Pi
                                    const ReadingHypothesis& hypothesis);
 Agreement median_of(const std::vector<Agreement>& agreements);
 
-/// Everything worth a try: as given, poses ignored, then one change, then two. Depth scales are round
+/// Everything worth a try: as given, poses ignored, then one change, then two (quaternions in the other order
+/// only alone). Depth scales are round
 /// multiples of that given (in units per metre), and the usual ones: 1000 and 5000.
 std::vector<ReadingHypothesis> reading_hypotheses(double units_per_m);
 

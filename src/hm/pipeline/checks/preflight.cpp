@@ -59,6 +59,7 @@ bool is_fatal(const Finding& finding, const RecordingReport& report, const Prefl
     case FindingKind::kFlippedFy:
       return report.pairs_compared >= kMinPairs;
     case FindingKind::kInvertedPoses:
+    case FindingKind::kQuaternionOrder:
     case FindingKind::kPoseUnit:
       return options.poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
     case FindingKind::kMissingPoses:
@@ -80,6 +81,7 @@ bool casts_doubt(FindingKind kind, PoseUse poses) {
     case FindingKind::kFlippedFy:
       return true;
     case FindingKind::kInvertedPoses:
+    case FindingKind::kQuaternionOrder:
     case FindingKind::kPoseUnit:
       return poses == PoseUse::kBuildsOn;
     default:

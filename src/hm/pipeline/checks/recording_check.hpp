@@ -32,6 +32,7 @@ struct AgreementReport {
 enum class FindingKind {
   kDepthScale,         ///< another depth unit fits the poses clearly better
   kInvertedPoses,      ///< the poses are world-to-camera
+  kQuaternionOrder,    ///< the real part of the quaternions comes first
   kFlippedFy,          ///< fy has the wrong sign
   kPoorAgreement,      ///< depth and poses do not agree, and no hypothesis explains it
   kStamps,             ///< stamps run backwards or repeat

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
@@ -97,21 +96,6 @@ std::string file_text(const fs::path& path) {
   const auto bytes = read_file_bytes(path);
   EXPECT_TRUE(bytes);
   return std::string(bytes->begin(), bytes->end());
-}
-
-/// Rewrites groundtruth.txt with each pose changed.
-void change_poses(const fs::path& folder, const std::function<StampedPose(StampedPose)>& changed) {
-  const auto recording = open_recording(folder);
-  ASSERT_TRUE(recording);
-  std::string text;
-  for (const StampedPose& given : (*recording)->info().trajectory) {
-    const StampedPose pose = changed(given);
-    const Eigen::Quaterniond q = pose.T_world_base.quaternion();
-    const Vec3& t = pose.T_world_base.translation();
-    text += fmt::format("{:.9f} {} {} {} {} {} {} {}\n", pose.stamp.seconds(), t.x(), t.y(), t.z(), q.x(),
-                        q.y(), q.z(), q.w());
-  }
-  ASSERT_TRUE(write_file_text(folder / "groundtruth.txt", text));
 }
 
 /// A written room, shared by the tests that only read it or replace its text files.
@@ -230,6 +214,53 @@ TEST_F(RoomCheck, PosesInMillimetresAreNotTakenForAnotherDepthScale) {
   ASSERT_TRUE(own);
   EXPECT_THAT(own->warnings, ElementsAre(HasSubstr("millimetres")));
   EXPECT_THAT(own->doubts, IsEmpty());
+}
+
+TEST_F(RoomCheck, QuaternionsInTheOtherOrderAreFound) {
+  change_poses(path_, [](StampedPose pose) {
+    const Eigen::Quaterniond q = pose.T_world_base.quaternion();
+    return StampedPose{pose.stamp,
+                       {Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), pose.T_world_base.translation()}};
+  });
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kQuaternionOrder)) << messages(report);
+  EXPECT_THAT(messages(report), HasSubstr("qw qx qy qz instead of qx qy qz qw"));
+  auto recording = open_recording(path_);
+  ASSERT_TRUE(recording);
+  EXPECT_FALSE(check_before_run(*recording, {}));
+  EXPECT_TRUE(check_before_run(*recording, {.poses = PoseUse::kComparesWith}));
+}
+
+TEST_F(RoomCheck, PosesThatCannotBeReadAreNamed) {
+  ASSERT_TRUE(write_file_text(path_ / "groundtruth.txt", "1000.0 1 2 3\n"));
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kMissingPoses)) << messages(report);
+  EXPECT_THAT(messages(report), HasSubstr("groundtruth.txt:1: 4 columns: positions without orientations"));
+  auto recording = open_recording(path_);
+  const auto own = check_before_run(*recording, {.poses = PoseUse::kComparesWith});
+  ASSERT_TRUE(own);
+  EXPECT_THAT(own->warnings, ElementsAre(HasSubstr("groundtruth.txt:1")));
+}
+
+TEST_F(RoomCheck, ImagesThatCannotBeReadHaveNoDepths) {
+  for (const auto& entry : fs::directory_iterator(path_ / "depth"))
+    fs::resize_file(entry.path(), fs::file_size(entry.path()) / 2);
+  const std::string text = to_text(inspect(path_));
+  EXPECT_THAT(text, HasSubstr("not one frame could be read"));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("median")));
+}
+
+TEST_F(RoomCheck, StampsThatAreNoSecondsAreAskedFor) {
+  for (const char* list : {"depth.txt", "rgb.txt"}) {
+    std::string text;
+    for (int i = 0; i < 60; ++i) {
+      const fs::path image = nth_image(path_ / (list[0] == 'd' ? "depth" : "rgb"), i);
+      text += fmt::format("{} {}\n", 33 * i, image.lexically_relative(path_).string());
+    }
+    ASSERT_TRUE(write_file_text(path_ / list, text));
+  }
+  EXPECT_THAT(messages(inspect(path_)),
+              HasSubstr("depth: by its stamps one comes every 33 s: are they seconds?"));
 }
 
 TEST_F(RoomCheck, WithoutPosesItLooksRight) {

@@ -70,6 +70,7 @@ const char* pose_unit(const ReadingHypothesis& hypothesis, const DepthReport& de
 
 FindingKind kind_of(const ReadingHypothesis& hypothesis, const DepthReport& depth) {
   if (hypothesis.poses_inverted) return FindingKind::kInvertedPoses;
+  if (hypothesis.real_part_first) return FindingKind::kQuaternionOrder;
   if (hypothesis.fy_flipped) return FindingKind::kFlippedFy;
   return pose_unit(hypothesis, depth) ? FindingKind::kPoseUnit : FindingKind::kDepthScale;
 }
@@ -80,6 +81,8 @@ std::string advice(const ReadingHypothesis& hypothesis, const RecordingReport& r
   std::string text;
   const auto say = [&](const std::string& part) { text += (text.empty() ? "" : ", and ") + part; };
   if (hypothesis.poses_inverted) say("the poses seem to be world-to-camera instead of camera-to-world");
+  if (hypothesis.real_part_first)
+    say("the quaternions of the poses seem to be qw qx qy qz instead of qx qy qz qw");
   if (hypothesis.fy_flipped)
     say(fmt::format("fy seems to be {} instead of {}", -info.camera.fy, info.camera.fy));
   if (const char* unit = pose_unit(hypothesis, report.depth))
@@ -171,6 +174,8 @@ void find_missing(RecordingReport& report) {
         fmt::format("{} of {} cannot be read (first: {})", with_thousands(report.depth.frames_unreadable),
                     counted(report.depth.frames_unreadable + report.depth.frames_sampled, "sampled frame"),
                     report.depth.first_error));
+  if (!info.poses_unreadable.empty())
+    add(report, FindingKind::kMissingPoses, "poses are not used: " + info.poses_unreadable);
   if (info.posed_count == 0 && !info.trajectory.empty())
     add(report, FindingKind::kMissingPoses, why_no_pose_fits(info));
   else if (info.posed_count > 0 && info.posed_count < info.frame_count)
@@ -196,9 +201,13 @@ void find_odd_stamps(RecordingReport& report) {
     if (skipped.reason == SkippedLines::Reason::kStampNotIncreasing)
       add(report, FindingKind::kStamps, to_string(skipped));
   if (!report.info.has_own_stamps) return;
-  constexpr double kLongGap_s = 0.5;
+  constexpr double kLongGap_s = 0.5, kSlowest_hz = 0.1;
   for (const StreamReport& stream : report.streams)
-    if (stream.rate_hz > 0 && stream.longest_gap_s > std::max(kLongGap_s, 5.0 / stream.rate_hz))
+    if (stream.rate_hz > 0 && stream.rate_hz < kSlowest_hz)
+      add(report, FindingKind::kStamps,
+          fmt::format("{}: by its stamps one comes every {:.3g} s: are they seconds?", stream.name,
+                      1 / stream.rate_hz));
+    else if (stream.rate_hz > 0 && stream.longest_gap_s > std::max(kLongGap_s, 5.0 / stream.rate_hz))
       add(report, FindingKind::kGap,
           fmt::format("{}: {}, the longest {:.2f} s, at {:.1f} Hz", stream.name, counted(stream.gaps, "gap"),
                       stream.longest_gap_s, stream.rate_hz));

@@ -48,6 +48,18 @@ std::string calibration_lines(const RecordingInfo& info) {
   return text;
 }
 
+/// The line of the depths; where there are none, why.
+std::string depth_line(const DepthReport& depth, const SummaryTree& tree) {
+  if (depth.frames_sampled == 0)
+    return tree.lines({"depth      {depth.units_per_m} units per metre; not one frame could be read"});
+  if (depth.valid_ratio == 0)
+    return tree.lines({"depth      {depth.units_per_m} units per metre; not one pixel holds a reading"});
+  return tree.lines(
+      {"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
+       "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the pixels "
+       "valid"});
+}
+
 /// The truth of a recording in words.
 std::string truth_text(const RecordingInfo& info) {
   if (info.truth.empty()) return "mesh";
@@ -62,6 +74,8 @@ std::string_view to_string(FindingKind kind) {
       return "depth_scale";
     case FindingKind::kInvertedPoses:
       return "inverted_poses";
+    case FindingKind::kQuaternionOrder:
+      return "quaternion_order";
     case FindingKind::kFlippedFy:
       return "flipped_fy";
     case FindingKind::kPoorAgreement:
@@ -157,10 +171,7 @@ std::string to_text(const RecordingReport& report) {
   text += tree.lines(
       {"shutter    rolling, as of a Kinect: {rolling_shutter.readout_s} from the first row of colour to the "
        "last, {rolling_shutter.color_delay_s} after depth; odometry starts from these and estimates them"});
-  text +=
-      tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
-                  "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "
-                  "pixels valid"});
+  text += depth_line(report.depth, tree);
   if (info.trajectory.empty())
     text += "poses      none: `hm slam` or `hm odometry` estimates them\n";
   else

@@ -1,5 +1,9 @@
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/pipeline/common/scene_model.hpp"
 #include "hm/report/html_report.hpp"
@@ -41,6 +45,22 @@ Result<MeshError> evaluate_mesh_file(const std::filesystem::path& path, const Tr
   auto error = evaluate_mesh(mesh, truth.mesh, params, loop, truth.visible_points);
   if (!error) error.error().where = error.error().where == kTrueMesh ? truth.path : path;
   return error;
+}
+
+std::string mesh_size_warning(const std::filesystem::path& path, const TriangleMesh& mesh,
+                              const MeshTruth& truth) {
+  constexpr double kLargest_ratio =
+      20;  // 25.4 mm are an inch; a part of a building is smaller than the whole
+  const Box3 box = bounds(mesh), true_box = bounds(truth.mesh);
+  if (box.isEmpty() || true_box.isEmpty()) return {};
+  const double size = box.diagonal().norm(), true_size = true_box.diagonal().norm();
+  if (!std::isfinite(size / true_size)) return {};
+  if (size < kLargest_ratio * true_size && true_size < kLargest_ratio * size) return {};
+  return fmt::format(
+      "{}: the mesh is {:.4g} times the size of the truth (boxes of {:.4g} and {:.4g} m across); is it in "
+      "another "
+      "unit?",
+      path.string(), size / true_size, size, true_size);
 }
 
 void turn(MeshTruth& truth, const Mat3& R_turned_truth) {

@@ -26,6 +26,11 @@ Result<MeshError> evaluate_mesh_file(const std::filesystem::path& path, const Tr
                                      const MeshTruth& truth, const MeshErrorParams& params,
                                      const ParallelLoop& loop);
 
+/// A warning where the mesh is so much larger or smaller than the truth that it must be in another unit;
+/// empty otherwise.
+std::string mesh_size_warning(const std::filesystem::path& path, const TriangleMesh& mesh,
+                              const MeshTruth& truth);
+
 /// Turns all of it, as into the frame of poses that were levelled.
 void turn(MeshTruth& truth, const Mat3& R_turned_truth);
 

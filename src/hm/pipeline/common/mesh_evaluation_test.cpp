@@ -1,6 +1,6 @@
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
@@ -32,6 +32,18 @@ TEST(MeshEvaluation, ErrorsNameTheFileAtFault) {
   const auto of_truth = evaluate_mesh_file(folder / "a.ply", mesh, *no_truth, {}, loop);
   ASSERT_FALSE(of_truth);
   EXPECT_EQ(of_truth.error().where, folder / "points.ply");
+}
+
+TEST(MeshEvaluation, AnotherUnitIsNamed) {
+  const MeshTruth truth{one_square_metre(), {}, "truth.ply"};
+  for (const auto& [scale, words] : {std::pair{1000.0F, "1000 times"}, std::pair{0.01F, "0.01 times"}}) {
+    TriangleMesh mesh = truth.mesh;
+    for (auto& vertex : mesh.vertices) vertex *= scale;
+    EXPECT_THAT(mesh_size_warning("mesh.ply", mesh, truth), ::testing::HasSubstr(words));
+  }
+  TriangleMesh part = truth.mesh;
+  for (auto& vertex : part.vertices) vertex *= 0.1F;
+  EXPECT_EQ(mesh_size_warning("mesh.ply", part, truth), "");
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ class Warnings {
 std::vector<std::string> reading_warnings(const RecordingInfo& info) {
   Warnings warnings;
   for (const std::string& assumption : info.assumptions) warnings.add(assumption);
+  if (!info.poses_unreadable.empty()) warnings.add("poses are not used: " + info.poses_unreadable);
   warnings.add(info.skipped);
   if (info.missing_images > 0)
     warnings.add(fmt::format("{} missing (first: {})", counted(info.missing_images, "image"),

@@ -1,5 +1,7 @@
 #include "hm/pipeline/common/truth_comparison.hpp"
 
+#include <fmt/format.h>
+
 #include "hm/io/pose/trajectory_file.hpp"
 
 namespace hm {
@@ -28,13 +30,23 @@ Result<TrajectoryError> evaluate_written(const Trajectory& truth, const Trajecto
   return evaluate_trajectory(truth, as_in_tum_file(estimate), params);
 }
 
+std::string wrong_size_in_words(const TrajectoryError& error) {
+  if (!error.wrong_size || !error.size_ratio) return {};
+  return fmt::format("the estimate is {:.3f} times the size of the truth", *error.size_ratio);
+}
+
 std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
                                                   const TrajectoryErrorParams& params,
                                                   std::vector<std::string>& warnings) {
   const Trajectory truth = true_trajectory(info);
   if (truth.empty() || estimate.size() < 3) return std::nullopt;
   auto error = evaluate_written(truth, estimate, params);
-  if (error) return std::move(*error);
+  if (error) {
+    if (const std::string size = wrong_size_in_words(*error); !size.empty())
+      warnings.push_back(size +
+                         "; is the depth scale wrong (--depth-units-per-m), or the truth in another unit?");
+    return std::move(*error);
+  }
   warnings.push_back("the trajectory cannot be compared with the recording's poses: " +
                      to_string(error.error()));
   return std::nullopt;

@@ -24,8 +24,11 @@ std::filesystem::path truth_source(const RecordingInfo& info);
 Result<TrajectoryError> evaluate_written(const Trajectory& truth, const Trajectory& estimate,
                                          const TrajectoryErrorParams& params);
 
+/// "the estimate is 0.500 times the size of the truth"; empty where it has the truth's size (wrong_size).
+std::string wrong_size_in_words(const TrajectoryError& error);
+
 /// evaluate_written() with the recording's true_trajectory(); nothing where there is none (or less than three
-/// poses of the estimate); what is wrong becomes a warning.
+/// poses of the estimate); what is wrong, and another size than the truth's, becomes a warning.
 std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
                                                   const TrajectoryErrorParams& params,
                                                   std::vector<std::string>& warnings);

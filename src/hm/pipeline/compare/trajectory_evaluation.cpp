@@ -56,6 +56,8 @@ Result<ReadPoses> read_poses(const fs::path& path, PosesOfRecording which,
   auto recording = open_recording(path);
   if (!recording) return forward_error(recording);
   const RecordingInfo& info = (*recording)->info();
+  if (info.trajectory.empty() && info.truth.empty() && !info.poses_unreadable.empty())
+    return fail(ErrorCode::kCorrupted, path, "its poses cannot be used: {}", info.poses_unreadable);
   for (std::string& warning : reading_warnings(info)) add_once(warnings, std::move(warning));
   if (which == PosesOfRecording::kTrue) return ReadPoses{true_trajectory(info), truth_source(info)};
   return ReadPoses{info.trajectory, pose_source(info)};
@@ -89,10 +91,9 @@ Result<void> check_stamps(const ReadPoses& truth, const ReadPoses& estimate,
 
 /// A warning where the estimate has another size than the truth; empty otherwise.
 std::string size_warning(const EvaluatedTrajectory& estimate, TrajectoryAlignment alignment) {
-  const TrajectoryError& error = estimate.error;
-  if (!error.wrong_size || !error.size_ratio) return {};
-  return fmt::format("{}: the estimate is {:.3f} times the size of the truth{}", estimate.path.string(),
-                     *error.size_ratio,
+  const std::string size = wrong_size_in_words(estimate.error);
+  if (size.empty()) return {};
+  return fmt::format("{}: {}{}", estimate.path.string(), size,
                      alignment == TrajectoryAlignment::kSim3
                          ? ""
                          : "; is it in another unit? `--alignment sim3` fits the size too");

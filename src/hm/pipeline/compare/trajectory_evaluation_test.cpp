@@ -5,7 +5,9 @@
 
 #include <array>
 
+#include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 
 namespace hm {
 namespace {
@@ -104,6 +106,31 @@ TEST_F(TwoPaths, AnotherSizeIsNamed) {
   }
   write_path(estimate_, 30, 5.0, 1.05);
   EXPECT_TRUE(compare()->warnings.empty());
+}
+
+/// Runs that compare with the poses of their recording say it in the same words.
+TEST_F(TwoPaths, AnotherSizeIsAWarningOfRunsToo) {
+  write_path(truth_, 30, 5.0);
+  write_path(estimate_, 30, 5.0, 0.2);
+  RecordingInfo info;
+  info.trajectory = *read_trajectory(truth_);
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(compare_with_truth(*read_trajectory(estimate_), info, {}, warnings));
+  EXPECT_THAT(warnings,
+              ::testing::ElementsAre(HasSubstr("the estimate is 0.200 times the size of the truth")));
+  warnings.clear();
+  EXPECT_TRUE(compare_with_truth(info.trajectory, info, {}, warnings));
+  EXPECT_TRUE(warnings.empty());
+}
+
+TEST_F(TwoPaths, ARecordingWhosePosesCannotBeReadSaysWhy) {
+  write_path(estimate_, 30, 5.0);
+  testing_recordings::write_small_tum(folder_ / "recording", 4);
+  ASSERT_TRUE(write_file_text(folder_ / "recording" / "groundtruth.txt", "5.0 1 2 3\n"));
+  const auto compared =
+      evaluate_trajectory_files(std::vector<fs::path>{estimate_}, folder_ / "recording", {});
+  ASSERT_FALSE(compared);
+  EXPECT_THAT(compared.error().message, HasSubstr("groundtruth.txt:1: 4 columns"));
 }
 
 TEST_F(TwoPaths, AMissingOneNamesTheOtherEnding) {

@@ -431,6 +431,9 @@ Result<ReconstructionSummary> Run::finish() {
   const auto without_pose = std::ranges::count(state_.skipped, kNoPose, &SkippedFrame::reason);
   judge_missing_poses(static_cast<std::size_t>(without_pose),
                       state_.frames_integrated + state_.skipped.size(), "frames", summary_.verdict);
+  judge_memory_limit(
+      {"tsdf.max_map_mb", options_.parameters.tsdf.max_map_mb, state_.volumes_refused, "block"},
+      summary_.warnings, summary_.verdict);
   if (options_.run.view) options_.run.view->on_end(summary_.verdict);
   saver_.reset();
   std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};
@@ -443,6 +446,13 @@ Result<ReconstructionSummary> Run::finish() {
       folder_.publish(summary_.outputs, summary_.interrupted ? RunState::kStopped : RunState::kComplete);
   if (!published) return forward_error(published);
   return std::move(summary_);
+}
+
+/// Why no frame of a recording has a pose.
+std::string why_no_pose(const RecordingInfo& info) {
+  if (!info.trajectory.empty()) return why_no_pose_fits(info);
+  if (info.poses_unreadable.empty()) return "this recording has no poses of its camera";
+  return "its poses cannot be used: " + info.poses_unreadable;
 }
 
 }  // namespace
@@ -460,10 +470,8 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     if (!read) return forward_error(read);
     poses = std::move(*read);
   } else if (const RecordingInfo& info = (*recording)->info(); info.posed_count == 0) {
-    return fail(
-        ErrorCode::kInvalidValue, options.recording.string(),
-        "{}; `hm slam` finds them, or give them with --poses",
-        info.trajectory.empty() ? "this recording has no poses of its camera" : why_no_pose_fits(info));
+    return fail(ErrorCode::kInvalidValue, options.recording.string(),
+                "{}; `hm slam` finds them, or give them with --poses", why_no_pose(info));
   }
   auto checks = check_before_run(*recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
                                               options.recording_options.max_pose_gap_s, options.force,

@@ -65,10 +65,6 @@ void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& s
     std::string warning = alignment_warning(*summary.alignment);
     if (!warning.empty()) summary.warnings.push_back(std::move(warning));
   }
-  if (summary.volumes_refused > 0)
-    summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} not added",
-                                           summary.parameters.tsdf.max_map_mb,
-                                           counted(summary.volumes_refused, "block")));
   if (summary.interrupted)
     summary.warnings.push_back(fmt::format(
         "stopped after {} of {}; `hm reconstruct {} -o {} --resume` continues",

@@ -41,10 +41,10 @@ Result<void> check_recognised(const SlamRunOptions& options, const SlamPipeline:
 
 void compare_trajectories(SlamSummary& summary) {
   const TrajectoryErrorParams& params = summary.parameters.trajectory_error;
-  std::vector<std::string> said;
+  std::vector<std::string> said;  // of odometry; what counts is said of the corrected trajectory
   summary.odometry_error =
-      compare_with_truth(summary.state.track.trajectory, summary.recording, params, summary.warnings);
-  summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, said);
+      compare_with_truth(summary.state.track.trajectory, summary.recording, params, said);
+  summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, summary.warnings);
 }
 
 std::string depth_warning(const DisparityOffset& disparity) {
@@ -135,6 +135,10 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
   compare_trajectories(summary);
   add_warnings(options, summary);
   judge_slam(run.recording, options, summary);
+  summary.volumes_refused = pipeline.dense().grid().volumes_refused();
+  judge_memory_limit(
+      {"tsdf.max_map_mb", options.parameters.tsdf.max_map_mb, summary.volumes_refused, "block"},
+      summary.warnings, summary.verdict);
   show_corrected(options.run, summary.state.corrected, *summary.state.keyframes);
   if (options.run.view) options.run.view->on_end(summary.verdict);
   SlamRunOptions staged = options;

@@ -120,6 +120,11 @@ void Output::write_keyframe_maps() {
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} could not be read again for the maps", counted(maps.unreadable, "keyframe")));
+  std::size_t refused = 0;
+  for (const auto* grid : {maps.occupancy.get(), maps.volumes.get()})
+    if (grid != nullptr) refused += grid->columns_refused();
+  judge_memory_limit({"mvog.max_map_mb", options_.parameters.mvog.max_map_mb, refused, "column update"},
+                     summary_.warnings, summary_.verdict);
   if (maps.keyframes == 0) {
     if (maps.points || maps.occupancy || maps.volumes)
       summary_.warnings.emplace_back("no maps of keyframes: not one keyframe could be read for them");

@@ -310,6 +310,7 @@ void add_live_corrections(const std::vector<LiveCorrection>& corrections, Summar
 void add_map_and_mesh(const SlamSummary& summary, SummaryTree& v) {
   v({"volumes", "blocks"}, summary.volumes);
   v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
+  v({"volumes_refused"}, summary.volumes_refused);
   v.object("mesh", [&](SummaryTree& mesh) {
     mesh({"vertices", "vertices"}, summary.vertices);
     mesh({"triangles", "triangles"}, summary.triangles);

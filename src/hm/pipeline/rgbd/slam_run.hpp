@@ -67,6 +67,7 @@ struct SlamSummary {
   std::optional<TrajectoryError> odometry_error, error;      ///< for a recording with poses: before, after
   std::optional<MeshError> odometry_mesh_error, mesh_error;  ///< for one with a true mesh: before, after
   std::size_t volumes = 0, map_bytes = 0, vertices = 0, triangles = 0;
+  std::size_t volumes_refused = 0;  ///< not in the map because of its memory limit, counted each time
   Box3 bounds_m;
   RunVerdict verdict;
   std::vector<std::string> warnings;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hm/core/statistics.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/report/plot.hpp"
 
 namespace hm {
@@ -173,6 +174,14 @@ void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view 
   if (ratio > kDoubtful_ratio)
     verdict.add(ratio > kBroken_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
                 fmt::format("{:.0f} % of the {} have no pose", 100 * ratio, what));
+}
+
+void judge_memory_limit(const MemoryLimit& limit, std::vector<std::string>& warnings, RunVerdict& verdict) {
+  if (limit.max_map_mb == 0 || limit.refused == 0) return;
+  const std::string reached =
+      fmt::format("the memory cap of {} MB ({}) was reached: ", limit.max_map_mb, limit.parameter);
+  warnings.push_back(reached + counted(limit.refused, limit.unit) + " not added");
+  verdict.add(MapVerdict::kDoubtful, reached + "parts of the map are missing");
 }
 
 void add_visits_section(HtmlReport& report, const RunVerdict& verdict) {

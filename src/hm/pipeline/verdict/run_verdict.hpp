@@ -99,6 +99,16 @@ void add_doubts(std::vector<std::string> doubts, RunVerdict& verdict);
 /// Adds how many of the frames or scans have no pose, where they are many. `what`: "scans".
 void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view what, RunVerdict& verdict);
 
+/// Limit of a map's memory, and what it has refused.
+struct MemoryLimit {
+  std::string_view parameter;  ///< "tsdf.max_map_mb"
+  int max_map_mb = 0;          ///< 0: none
+  std::size_t refused = 0;
+  std::string_view unit;  ///< what was refused, counted each time: "block"
+};
+/// Adds a warning, and that the result is doubtful, where the limit has kept a map from growing.
+void judge_memory_limit(const MemoryLimit& limit, std::vector<std::string>& warnings, RunVerdict& verdict);
+
 /// Adds where and when visits contradict each other; nothing where none were compared.
 void add_visits_section(HtmlReport& report, const RunVerdict& verdict);
 

@@ -35,6 +35,19 @@ TEST(RunVerdict, IsTheGravestOfAllAndLeadsWithItsReason) {
   EXPECT_EQ(describe(verdict).sentence("{text}"), "broken: second; first; third");
 }
 
+TEST(RunVerdict, AMapThatItsMemoryLimitHasCutIsDoubtful) {
+  RunVerdict verdict;
+  std::vector<std::string> warnings;
+  judge_memory_limit({"tsdf.max_map_mb", 0, 7, "block"}, warnings, verdict);
+  judge_memory_limit({"tsdf.max_map_mb", 2, 0, "block"}, warnings, verdict);
+  EXPECT_EQ(verdict.value, MapVerdict::kOk);
+  judge_memory_limit({"tsdf.max_map_mb", 2, 7, "block"}, warnings, verdict);
+  EXPECT_EQ(verdict.value, MapVerdict::kDoubtful);
+  EXPECT_EQ(
+      warnings,
+      (std::vector<std::string>{"the memory cap of 2 MB (tsdf.max_map_mb) was reached: 7 blocks not added"}));
+}
+
 TEST(RunVerdict, IsReadBackFromAReport) {
   RunVerdict verdict;
   verdict.add(MapVerdict::kBroken, "first");

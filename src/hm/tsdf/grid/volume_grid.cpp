@@ -64,7 +64,10 @@ Volume* VolumeGrid::open(const Found& found) {
 Volume* VolumeGrid::allocate(VolumeKey key) {
   if (Volume* existing = find(key)) return existing;
   if (!PageTable::is_representable(page_of(key))) return nullptr;
-  if (!impl_->may_take_block(impl_->pages.find(page_of(key)) ? 0 : sizeof(Page))) return nullptr;
+  if (!impl_->may_take_block(impl_->pages.find(page_of(key)) ? 0 : sizeof(Page))) {
+    ++impl_->refused;
+    return nullptr;
+  }
   void* block = impl_->pool.take();
   Page& page = impl_->pages.find_or_add(page_of(key));
   Volume& volume = page.volumes[place_in_page(key)];
@@ -196,6 +199,7 @@ std::size_t VolumeGrid::map_bytes() const {
 }
 std::size_t VolumeGrid::unpacked_bytes() const { return impl_->unpacked_bytes(); }
 std::size_t VolumeGrid::max_bytes() const { return impl_->max_bytes; }
+std::size_t VolumeGrid::volumes_refused() const { return impl_->refused; }
 void VolumeGrid::set_max_bytes(std::size_t max_bytes) { impl_->max_bytes = max_bytes; }
 
 VolumeKey VolumeGrid::key_of(const Vec3& p_world) const {

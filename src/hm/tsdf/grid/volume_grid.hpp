@@ -74,6 +74,8 @@ class VolumeGrid {
   /// packing.
   [[nodiscard]] std::size_t unpacked_bytes() const;
   [[nodiscard]] std::size_t max_bytes() const;
+  /// How often the limit has kept allocate() from creating a volume.
+  [[nodiscard]] std::size_t volumes_refused() const;
   /// Changes the limit (0: none). Existing volumes are kept even if they exceed it.
   void set_max_bytes(std::size_t max_bytes);
 

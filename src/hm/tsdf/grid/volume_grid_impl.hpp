@@ -14,6 +14,7 @@ struct VolumeGrid::Impl {
   BlockPool pool;
   std::size_t volume_count = 0;
   std::size_t max_bytes = 0;
+  std::size_t refused = 0;
 
   // Packed volumes. Several reader threads may unpack; the mutex serialises them.
   std::mutex unpacking;

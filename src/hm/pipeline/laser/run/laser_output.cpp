@@ -150,11 +150,11 @@ Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, La
 Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,
                          LaserSummary& summary) {
   ResultFiles writer(options.output, summary.outputs, summary.warnings);
-  writer.file("trajectory.txt",
+  writer.file("trajectory.tum",
               [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory); });
   if (summary.map_frame.source != MapFrameSource::kOdometry)
     writer
-        .file("trajectory_odom.txt",
+        .file("trajectory_odom.tum",
               [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory_odom); })
         .text("map_frame.csv", map_frame_csv(summary.map_frame));
   std::error_code code;

@@ -390,6 +390,10 @@ Result<LaserSummary> Run::finish() {
   summary_.verdict = judge_laser_run(recording_, summary_, pipeline_.visits(), pipeline_.map_frame());
   summary_.run_s = run_watch_.seconds();
   const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
+  summary_.columns_refused = map.columns_refused();
+  judge_memory_limit({"mvog.max_map_mb", options_.parameters.laser.mvog.max_map_mb, summary_.columns_refused,
+                      "column update"},
+                     summary_.warnings, summary_.verdict);
   if (view_) view_->show_end(map, summary_);
   summary_.floors = pipeline_.floors();
   summary_.mvog = map.size();

@@ -25,10 +25,10 @@ struct LaserRunOptions {
 };
 
 /// A laser recording -> trajectory, height, floors, multi-volume map (dissertation 2.2, 2.5): writes
-/// trajectory.txt, trajectory_odom.txt, map_frame.csv, height.csv, floors.csv, states.csv, map.mvog,
+/// trajectory.tum, trajectory_odom.tum, map_frame.csv, height.csv, floors.csv, states.csv, map.mvog,
 /// map.yaml, map.pgm, map.bt, map.ply, parameters.toml, report.json, report.html and pictures/.
 ///
-/// Loops that close (or a saved map) say where the frame `odom` lies in `map`; trajectory.txt and the maps
+/// Loops that close (or a saved map) say where the frame `odom` lies in `map`; trajectory.tum and the maps
 /// are in `map`, made anew at the end from the recording's scans where that changes them.
 ///
 /// Errors: recording, relations, saved map or output folder unusable (the recording also by

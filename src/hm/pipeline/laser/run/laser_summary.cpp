@@ -243,6 +243,7 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   v({"beams", "beams in the map"}, summary.beams);
   v({"path_length_m", "path", "{:.2f} m"}, path_length(summary.trajectory));
   v.group("mvog", summary.mvog);
+  v({"columns_refused"}, summary.columns_refused);
   add_box(v, "bounds_m", summary.bounds_m);
   if (!summary.floors.empty()) v.list("floors", summary.floors);
   const MapFrameSummary& map = summary.map_frame;

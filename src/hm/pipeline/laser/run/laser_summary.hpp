@@ -117,6 +117,7 @@ struct LaserSummary {
   std::size_t beams = 0;  ///< that went into the map
 
   MvogSize mvog;
+  std::size_t columns_refused = 0;  ///< not updated because of the map's memory limit, counted each time
   Box3 bounds_m;
   std::vector<FloorLevel> floors;
   MapFrameSummary map_frame;

@@ -1,4 +1,4 @@
-#include "hm/io/bytes/stamped_list.hpp"
+#include "hm/io/lists/stamped_list.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,6 +34,13 @@ ImageList increasing(const std::vector<StampedImage>& images, const std::vector<
   return list;
 }
 
+/// A path of a list, which may have been written on Windows.
+std::string with_slashes(std::string_view path) {
+  std::string result(path);
+  std::ranges::replace(result, '\\', '/');
+  return result;
+}
+
 enum class PathKind { kUnknown, kDepth, kColor };
 
 PathKind kind_of_path(std::string_view path) {
@@ -54,9 +61,6 @@ std::optional<std::size_t> depth_column(std::string_view first, std::string_view
   if (a == PathKind::kDepth || b == PathKind::kColor) return 0;
   return 1;
 }
-
-/// Tolerance of a quaternion's length: text files are rounded, but a row of zeros is not a rotation.
-constexpr double kQuaternionTolerance = 0.05;
 
 }  // namespace
 
@@ -79,7 +83,7 @@ Result<ImageList> read_image_list(const std::filesystem::path& path, const Stamp
         const auto stamp = rule.parse(columns[0]);
         if (!stamp) return fmt::format("`{}` is not a stamp", columns[0]);
         const auto path_begin = static_cast<std::size_t>(columns[1].data() - line.text.data());
-        images.push_back({*stamp, std::string(line.text.substr(path_begin))});
+        images.push_back({*stamp, with_slashes(line.text.substr(path_begin))});
         lines.push_back(line.number);
         return {};
       });
@@ -100,8 +104,8 @@ Result<AssociationList> read_associations(const std::filesystem::path& path, con
     const auto depth = depth_column(word[1], word[3]);
     if (!depth)
       return fmt::format("the names do not say which is colour and which is depth: `{}`", line.text);
-    columns[0].push_back({*stamps[*depth], std::string(word[2 * *depth + 1])});
-    columns[1].push_back({*stamps[1 - *depth], std::string(word[2 * (1 - *depth) + 1])});
+    columns[0].push_back({*stamps[*depth], with_slashes(word[2 * *depth + 1])});
+    columns[1].push_back({*stamps[1 - *depth], with_slashes(word[2 * (1 - *depth) + 1])});
     lines.push_back(line.number);
     return {};
   });
@@ -109,54 +113,6 @@ Result<AssociationList> read_associations(const std::filesystem::path& path, con
   AssociationList list{increasing(columns[0], lines, skips),
                        increasing(columns[1], lines, SkipCounter(path))};
   return list;
-}
-
-Result<PoseList> read_pose_list(const std::filesystem::path& path, const StampRule& rule) {
-  const auto file = TextFile::read(path);
-  if (!file) return forward_error(file);
-  PoseList list;
-  Trajectory poses;
-  std::vector<std::size_t> lines;
-  SkipCounter skips(path);
-  const auto parsed = parse_lines(*file, skips, [&](const TextLine& line, const auto& word) -> std::string {
-    if (word.size() != 8)
-      return fmt::format("expected `stamp tx ty tz qx qy qz qw`, found {} columns", word.size());
-    const auto stamp = rule.parse(word[0]);
-    if (!stamp) return fmt::format("`{}` is not a stamp", word[0]);
-    std::array<double, 7> v{};
-    for (std::size_t i = 0; i < 7; ++i) {
-      const auto number = parse_number(word[i + 1]);
-      if (!number) return fmt::format("`{}` is not a number", word[i + 1]);
-      v[i] = *number;
-    }
-    const bool finite = std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
-    const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    if (!finite || !(std::fabs(q.norm() - 1.0) <= kQuaternionTolerance)) {
-      skips.add(finite ? SkippedLines::Reason::kNotRigid : SkippedLines::Reason::kNotFinite, line.number);
-      list.lost.push_back(*stamp);
-      return {};
-    }
-    poses.push_back({*stamp, SE3(q, Vec3(v[0], v[1], v[2]))});
-    lines.push_back(line.number);
-    return {};
-  });
-  if (!parsed) return forward_error(parsed);
-  list.poses = keep_increasing(
-      poses, lines, [](const StampedPose& p) { return p.stamp; }, skips);
-  list.skipped = skips.take();
-  std::ranges::sort(list.lost);
-  return list;
-}
-
-std::optional<SE3> pose_between(const PoseList& list, Time stamp, Duration max_gap) {
-  // A stamp beyond all poses by at most 0.01 s takes the first or last pose.
-  constexpr Duration kMaxExtrapolation{10'000'000};
-  const auto after = std::ranges::lower_bound(list.poses, stamp, {}, &StampedPose::stamp);
-  if (after != list.poses.end() && after != list.poses.begin() && after->stamp != stamp) {
-    const auto lost = std::ranges::upper_bound(list.lost, (after - 1)->stamp);
-    if (lost != list.lost.end() && *lost < after->stamp) return std::nullopt;
-  }
-  return pose_at(list.poses, stamp, max_gap, kMaxExtrapolation);
 }
 
 std::vector<std::optional<std::size_t>> associate(std::span<const Time> a, std::span<const Time> b,

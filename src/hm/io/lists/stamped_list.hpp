@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "hm/geometry/trajectory.hpp"
+#include "hm/core/result.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
 
-/// Readers of the text lists of a TUM or ICL-NUIM folder. A malformed line is an error naming file:line,
-/// except for an unterminated last line, which is skipped as truncated. Lines in no order of time are sorted;
-/// else those whose stamp does not increase are skipped, as few as possible (keep_increasing).
+/// Readers of the text lists of images of a TUM or ICL-NUIM folder. A malformed line is an error naming
+/// file:line, except for an unterminated last line, which is skipped as truncated. Lines in no order of time
+/// are sorted; else those whose stamp does not increase are skipped, as few as possible (keep_increasing).
 namespace hm::detail {
 
 /// Conversion of stamps in a file to times: seconds, or frame numbers at `frame_rate_hz`.
@@ -22,7 +22,7 @@ struct StampRule {
 
 struct StampedImage {
   Time stamp;
-  std::string path;  ///< as written, relative to the recording
+  std::string path;  ///< relative to the recording, with slashes for backslashes
 };
 
 struct ImageList {
@@ -38,19 +38,6 @@ struct AssociationList {
 };
 /// Reads lines `stamp path stamp path`, colour and depth in either order (recognised by the paths).
 Result<AssociationList> read_associations(const std::filesystem::path& path, const StampRule& rule = {});
-
-/// Poses of a tracked device, with the times at which tracking was lost.
-struct PoseList {
-  Trajectory poses;
-  std::vector<Time> lost;  ///< stamps of lines with NaN or a rotation of zero length, increasing
-  std::vector<SkippedLines> skipped;
-};
-/// Reads lines `stamp tx ty tz qx qy qz qw` (seconds, metres).
-Result<PoseList> read_pose_list(const std::filesystem::path& path, const StampRule& rule = {});
-
-/// Interpolated pose at a time; nothing when its neighbours are more than `max_gap` apart or tracking was
-/// lost in between.
-std::optional<SE3> pose_between(const PoseList& list, Time stamp, Duration max_gap);
 
 /// Associates stamps: for each time of `a` the index of its partner in `b`, or nothing. Pairs are at most
 /// `max_difference` apart, closest first, each used once (as in TUM's associate.py). Both lists must be

@@ -1,4 +1,4 @@
-#include "hm/io/bytes/stamped_list.hpp"
+#include "hm/io/lists/stamped_list.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -38,7 +38,12 @@ TEST(TextLines, StampsAreExact) {
   EXPECT_EQ(parse_stamp("-0.5")->ns, -500000000);
   EXPECT_EQ(parse_stamp("1.305031102160407e+09")->ns, 1305031102160407000);
   EXPECT_EQ(parse_stamp("7")->ns, 7000000000);
-  for (const char* bad : {"", "x", "1.2.3", "nan", "inf", "1e300", "12s", "9999999999999"})
+  EXPECT_EQ(parse_stamp("1305031102160")->ns, 1305031102160000000);  // milliseconds
+  EXPECT_EQ(parse_stamp("1305031102160.25")->ns, 1305031102160250000);
+  EXPECT_EQ(parse_stamp("1305031102160407")->ns, 1305031102160407000);
+  EXPECT_EQ(parse_stamp("1305031102160407123")->ns, 1305031102160407123);
+  for (const char* bad : {"", "x", "1.2.3", "nan", "inf", "1e300", "12s", "9999999999999", "130503110216",
+                          "1305031102160x", "1305031102160.1.2"})
     EXPECT_FALSE(parse_stamp(bad)) << bad;
   for (const std::int64_t ns : {0L, 1L, -1L, -500000000L, 1305031102160407123L})
     EXPECT_EQ(parse_stamp(stamp_text({ns}))->ns, ns);
@@ -148,44 +153,26 @@ TEST_F(ListFile, AMalformedLineNamesItsPlace) {
     EXPECT_EQ(list.error().where, line(number));
     EXPECT_EQ(list.error().code, ErrorCode::kCorrupted);
   }
-  for (const auto& [text, number] : std::vector<std::pair<std::string, int>>{
-           {"1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n", 2}, {"1 0 0 0 0 0 0 1 9\n", 1}, {"1 0 x 0 0 0 0 1\n", 1}}) {
-    const auto list = read_pose_list(write(text));
-    ASSERT_FALSE(list) << text;
-    EXPECT_EQ(list.error().where, line(number));
-  }
   EXPECT_EQ(read_associations(write("1 rgb/1.png 1 depth/1.png\n2 a.png 2 b.png\n")).error().where, line(2));
 }
 
 TEST_F(ListFile, ACutOffLastLineIsLeftOut) {
-  const auto list = read_pose_list(write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0"));
+  const auto list = read_image_list(write("1 a.png\n2"));
   ASSERT_TRUE(list);
-  EXPECT_EQ(list->poses.size(), 1U);
+  EXPECT_EQ(list->images.size(), 1U);
   ASSERT_EQ(list->skipped.size(), 1U);
   EXPECT_EQ(list->skipped[0].reason, SkippedLines::Reason::kCutOff);
 }
 
-TEST_F(ListFile, PosesOfALostDeviceAreNotInvented) {
-  const auto list =
-      read_pose_list(write("1 0 0 0 0 0 0 1\n1.1 nan nan nan nan nan nan nan\n1.2 2 0 0 0 0 0 1\n"
-                           "1.3 3 0 0 0 0 0 0\n1.4 4 0 0 0 0 0 1\n1.5 5 0 0 0 0 0 1\n1.9 9 0 0 0 0 0 1\n"));
+TEST_F(ListFile, PathsOfWindowsHaveSlashes) {
+  const auto list = read_image_list(write("1 depth\\1.png\r\n2 a b\\2.png\r\n"));
   ASSERT_TRUE(list);
-  EXPECT_EQ(list->poses.size(), 5U);
-  const auto x_at = [&](double t) {
-    const auto pose = pose_between(*list, Time::from_seconds(t), Duration::from_seconds(0.25));
-    return pose ? pose->translation().x() : -1.0;
-  };
-  EXPECT_DOUBLE_EQ(x_at(1.0), 0.0);
-  EXPECT_EQ(x_at(1.05), -1.0);  // NaN at 1.1
-  EXPECT_EQ(x_at(1.1), -1.0);
-  EXPECT_EQ(x_at(1.3), -1.0);  // a quaternion of zeros
-  EXPECT_NEAR(x_at(1.45), 4.5, 1e-12);
-  EXPECT_EQ(x_at(1.7), -1.0);  // neighbours too far apart
-  EXPECT_EQ(x_at(1.905), 9.0);
-  EXPECT_EQ(x_at(2.0), -1.0);
-  ASSERT_EQ(list->skipped.size(), 2U);
-  EXPECT_EQ(list->skipped[0].reason, SkippedLines::Reason::kNotFinite);
-  EXPECT_EQ(list->skipped[1].reason, SkippedLines::Reason::kNotRigid);
+  EXPECT_EQ(list->images[0].path, "depth/1.png");
+  EXPECT_EQ(list->images[1].path, "a b/2.png");
+  const auto both = read_associations(write("1 rgb\\1.png 1 depth\\1.png\r\n"));
+  ASSERT_TRUE(both);
+  EXPECT_EQ(both->depth.images[0].path, "depth/1.png");
+  EXPECT_EQ(both->color.images[0].path, "rgb/1.png");
 }
 
 TEST_F(ListFile, AssociationsInEitherOrder) {
@@ -234,9 +221,27 @@ TEST_F(ListFile, CameraFileErrorsNameTheLine) {
   EXPECT_EQ(realsense.error().message,
             "depth_scale 0.001 looks like metres per unit: write 1000 (units per metre)");
   EXPECT_TRUE(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\ndepth_scale 1\nrate_hz 0.5\n")));
-  EXPECT_EQ(read_camera_file(write("fx 1\ncx 1\n")).error().message, "fy, cy missing");
+  EXPECT_EQ(read_camera_file(write("fx 1\ncx 1\n")).error().message,
+            "fy, cy missing: write one `key value` a line, as `fx 525`");
   EXPECT_FALSE(read_camera_file(write("fx 0\nfy 1\ncx 1\ncy 1\n")));
   EXPECT_FALSE(read_camera_file(write("")));
+}
+
+TEST_F(ListFile, NumbersWithoutNamesAreACameraWhereThereAreFour) {
+  for (const char* text : {"525 526 319.5 239.5\n", "525\n526\n319.5\n239.5\n", "525, 526, 319.5, 239.5",
+                           "525 0 319.5\n0 526 239.5\n0 0 1\n"}) {
+    const auto read = read_camera_file(write(text));
+    ASSERT_TRUE(read) << text << to_string(read.error());
+    EXPECT_EQ(read->camera.fx, 525);
+    EXPECT_EQ(read->camera.fy, 526);
+    EXPECT_EQ(read->camera.cx, 319.5);
+    EXPECT_EQ(read->camera.cy, 239.5);
+    EXPECT_EQ(read->camera.width, 0);
+    EXPECT_FALSE(read->depth_units_per_m);
+  }
+  EXPECT_THAT(read_camera_file(write("525 526 319.5 239.5 1000")).error().message,
+              ::testing::StartsWith("5 numbers without names, where fx fy cx cy alone"));
+  EXPECT_FALSE(read_camera_file(write("525 526 319.5 1e9")));
 }
 
 TEST_F(ListFile, ImplausibleIntrinsicsAreRefusedWithTheNumber) {
