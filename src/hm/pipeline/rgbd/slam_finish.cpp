@@ -57,6 +57,13 @@ std::string depth_warning(const DisparityOffset& disparity) {
       disparity.offset_1_m > 0 ? "long" : "short");
 }
 
+std::string focal_length_doubt(const FocalLengthCheck& focal, const PinholeCamera& camera) {
+  return fmt::format(
+      "the focal length is {:.0f} px, and surfaces seen from different sides agree better with {:.0f} px "
+      "(deviation {:.0f}), as if rooms were stretched: check the intrinsics (hm calibrate camera)",
+      camera.fx, focal.ratio * camera.fx, focal.sigma * camera.fx);
+}
+
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
@@ -105,6 +112,9 @@ void judge_slam(const Recording& recording, const SlamRunOptions& options, SlamS
   const SlamPipeline::State& state = summary.state;
   judge_depth_visits(recording, state.corrected, options.run, summary.verdict);
   judge_tracking(state.track, summary.verdict);
+  if (state.alignment.focal_length.seems_wrong())
+    summary.verdict.add(MapVerdict::kDoubtful,
+                        focal_length_doubt(state.alignment.focal_length, recording.camera()));
   if (state.frames_disconnected > 0)
     summary.verdict.add(
         MapVerdict::kDoubtful,

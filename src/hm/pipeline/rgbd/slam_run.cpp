@@ -203,6 +203,10 @@ void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
     v({"depth_disparity_offset_sigma_1_m", {}, "{:.4f} 1/m"}, report.disparity.sigma_1_m);
     v({"depth_disparity_cost_ratio"}, report.disparity.cost_ratio);
     v({"depth_disparity_observed"}, report.disparity.is_observed);
+    v({"focal_length_ratio"}, report.focal_length.ratio);
+    v({"focal_length_ratio_sigma"}, report.focal_length.sigma);
+    v({"focal_length_cost_ratio"}, report.focal_length.cost_ratio);
+    v({"focal_length_observed"}, report.focal_length.is_observed);
   }
   const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
     if (report.adjusted)

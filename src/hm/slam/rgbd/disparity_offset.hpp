@@ -1,13 +1,10 @@
 #pragma once
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 
-#include "hm/core/run_context.hpp"
-#include "hm/geometry/se3.hpp"
-#include "hm/odometry/registration/surface_grid.hpp"
+#include "hm/slam/rgbd/surface_calibration.hpp"
 
 namespace hm {
 
@@ -36,34 +33,13 @@ struct DisparityOffset {
   }
 };
 
-/// Two depth images of the same surfaces. Referenced objects must outlive it.
-struct SurfacePair {
-  std::span<const SurfaceElement> elements;  ///< of the one, as read
-  const DepthGrid& grid;                     ///< the other, as read
-  SE3 T_grid_element;                        ///< motion between them, approximate
-  std::uint32_t group = 0;                   ///< pairs of one group may have the same error
-};
-
-/// Distance of an element from what a depth image reads in its place, both corrected by an offset.
-struct OffsetResidual {
-  /// Along the normal, enlarged as readings are from depths: an offset that makes all depths smaller would
-  /// otherwise make noise smaller.
-  double distance_m = 0;
-  double variance_m2 = 0;
-  /// By the motion (T_grid_element <- exp(x) T_grid_element) and by the offset.
-  Eigen::Matrix<double, 7, 1> jacobian = Eigen::Matrix<double, 7, 1>::Zero();
-};
 /// Nothing where the image has no reading.
-std::optional<OffsetResidual> offset_residual(const SurfacePair& pair, const SurfaceElement& element,
-                                              double offset_1_m, const DepthNoise& noise);
+std::optional<SurfaceResidual> offset_residual(const SurfacePair& pair, const SurfaceElement& element,
+                                               double offset_1_m, const DepthNoise& noise);
 
-/// Self-calibration of the disparity of a depth camera: surfaces that are seen from different places have one
-/// shape only with the right offset (a wall remains a plane with a wrong one, but turns with the distance it
-/// is seen from). Least squares over the offset and the motion of every pair, which is free: poses of
-/// odometry, which a wrong offset has spoiled, do not count, nor do colour images. The deviation is the
-/// larger one of what noise and what the disagreement of the groups explain. Depth that is bent over the
-/// image spoils the estimate. Deterministic. Reports progress per pair and iteration; if `run` is stopped,
-/// ends before the next pair, without an estimate.
+/// Self-calibration of the disparity of a depth camera (calibrate_by_surfaces()): a wall remains a plane with
+/// a wrong offset, but turns with the distance it is seen from. Depth that is bent over the image spoils the
+/// estimate. If `run` is stopped, there is none.
 ///
 /// As an unknown of the bundle adjustment it would be found from features, whose errors (rolling shutter,
 /// matching) look like an offset: 0.018 1/m on fr1/xyz, whose trajectory is best with readings corrected by

@@ -143,9 +143,8 @@ SurfaceAgreement KeyframeSurfaces::agreement(std::span<const KeyframePair> pairs
   return means;
 }
 
-DisparityOffset KeyframeSurfaces::disparity_offset(std::span<const KeyframePair> pairs,
-                                                   std::span<const SE3> T_map_camera,
-                                                   const RunContext& run) const {
+std::vector<SurfacePair> KeyframeSurfaces::surface_pairs(std::span<const KeyframePair> pairs,
+                                                         std::span<const SE3> T_map_camera) const {
   std::vector<SurfacePair> compared;
   for (const auto& [a, b] : pairs) {
     if (!surfaces_[a] || !surfaces_[b]) continue;
@@ -153,7 +152,19 @@ DisparityOffset KeyframeSurfaces::disparity_offset(std::span<const KeyframePair>
               T_map_b = T_map_camera[b] * surfaces_[b]->T_camera_depth;
     compared.push_back({surfaces_[a]->elements, surfaces_[b]->grid, T_map_b.inverse() * T_map_a, a});
   }
-  return estimate_disparity_offset(compared, noise_, run);
+  return compared;
+}
+
+DisparityOffset KeyframeSurfaces::disparity_offset(std::span<const KeyframePair> pairs,
+                                                   std::span<const SE3> T_map_camera,
+                                                   const RunContext& run) const {
+  return estimate_disparity_offset(surface_pairs(pairs, T_map_camera), noise_, run);
+}
+
+FocalLengthCheck KeyframeSurfaces::focal_length(std::span<const KeyframePair> pairs,
+                                                std::span<const SE3> T_map_camera,
+                                                const RunContext& run) const {
+  return check_focal_length(surface_pairs(pairs, T_map_camera), noise_, run);
 }
 
 }  // namespace hm

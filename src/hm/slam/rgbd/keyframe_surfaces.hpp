@@ -13,6 +13,7 @@
 #include "hm/odometry/registration/surface_grid.hpp"
 #include "hm/slam/rgbd/covisibility_matches.hpp"
 #include "hm/slam/rgbd/disparity_offset.hpp"
+#include "hm/slam/rgbd/focal_length_check.hpp"
 
 namespace hm {
 
@@ -62,6 +63,10 @@ class KeyframeSurfaces {
   [[nodiscard]] DisparityOffset disparity_offset(std::span<const KeyframePair> pairs,
                                                  std::span<const SE3> T_map_camera,
                                                  const RunContext& run = {}) const;
+  /// Whether the camera's focal length is right, by these pairs (check_focal_length()).
+  [[nodiscard]] FocalLengthCheck focal_length(std::span<const KeyframePair> pairs,
+                                              std::span<const SE3> T_map_camera,
+                                              const RunContext& run = {}) const;
 
  private:
   struct Surface {
@@ -69,6 +74,8 @@ class KeyframeSurfaces {
     std::vector<SurfaceElement> elements;  ///< of its own depth image
     SE3 T_camera_depth;
   };
+  [[nodiscard]] std::vector<SurfacePair> surface_pairs(std::span<const KeyframePair> pairs,
+                                                       std::span<const SE3> T_map_camera) const;
   void compare(const KeyframePair& pair, std::span<const SE3> T_map_camera, std::span<const SE3> T_map_other,
                SurfaceAgreement& sums) const;
 

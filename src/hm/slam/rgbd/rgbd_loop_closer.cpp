@@ -223,7 +223,9 @@ void RgbdLoopCloser::Impl::judge(std::vector<SE3>& T_map_adjusted, RgbdAlignment
   std::vector<SE3> by_surfaces = poses_by_surfaces(surfaces, visits);
   report.agreement =
       surfaces.agreement(thinned(visits, kComparedPerKeyframe * graph.size()), T_map_adjusted, by_surfaces);
-  report.disparity = surfaces.disparity_offset(calibrating_pairs(visits), by_surfaces, run);
+  const std::vector<KeyframePair> calibrating = calibrating_pairs(visits);
+  report.disparity = surfaces.disparity_offset(calibrating, by_surfaces, run);
+  report.focal_length = surfaces.focal_length(calibrating, by_surfaces, run);
   const double cost = report.agreement.cost, other_cost = report.agreement.other_cost;
   report.refused =
       cost > params.kMaxSurfaceCostRatio * other_cost && cost - other_cost > params.kMinSurfaceCostGain;

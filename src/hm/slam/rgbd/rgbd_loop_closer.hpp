@@ -56,7 +56,8 @@ struct RgbdAlignmentReport {
   /// Surfaces of different visits with the adjusted poses, and (`other`) with those of the graph with surface
   /// factors; no views: nothing was compared.
   SurfaceAgreement agreement;
-  DisparityOffset disparity;  ///< found by the same surfaces; nothing is corrected by it
+  DisparityOffset disparity;      ///< found by the same surfaces; nothing is corrected by it
+  FocalLengthCheck focal_length;  ///< the same
   /// Reason why bundle adjustment failed; empty: it did not, or was not wanted.
   std::string failure;
   bool interrupted = false;             ///< asked to stop: as far as it had come
