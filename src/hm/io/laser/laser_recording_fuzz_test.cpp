@@ -42,12 +42,12 @@ void expect_sound(const LaserRecording& recording) {
   for (const ImuSample& sample : recording.imu) ASSERT_TRUE(sample.specific_force_m_s2.allFinite());
 }
 
-/// Opens `damaged` versions of `bytes` as `name`; how many of them still gave a recording.
-int open_damaged(const std::string& name, const std::string& bytes, int changes) {
+/// Opens `damaged` versions of `bytes` as `name`; the share of them that still gave a recording.
+double open_damaged(const std::string& name, const std::string& bytes, int changes) {
   const TemporaryFolder folder;
   const auto path = folder / name;
   int opened = 0;
-  test::for_each_damaged(bytes, changes, [&](const std::string& damaged) {
+  const int cases = test::for_each_damaged(bytes, changes, [&](const std::string& damaged) {
     if (::testing::Test::HasFatalFailure()) return;
     test::write_bytes(path, damaged);
     const auto recording = open_laser_recording(path);
@@ -59,7 +59,7 @@ int open_damaged(const std::string& name, const std::string& bytes, int changes)
       EXPECT_FALSE(recording.error().message.empty());
     }
   });
-  return opened;
+  return static_cast<double>(opened) / cases;
 }
 
 std::string small_bag(const std::string& compression) {
@@ -71,7 +71,7 @@ std::string small_bag(const std::string& compression) {
 
 class BagFuzz : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(BagFuzz, ErrorOrRecording) { EXPECT_GT(open_damaged("a.bag", small_bag(GetParam()), 1500), 100); }
+TEST_P(BagFuzz, ErrorOrRecording) { EXPECT_GT(open_damaged("a.bag", small_bag(GetParam()), 1500), 0.04); }
 INSTANTIATE_TEST_SUITE_P(Compressions, BagFuzz, ::testing::Values("none", "bz2", "lz4"));
 
 /// Damage that is sure to hit the records: in the chunk of a bag, and its index, without the padding.
@@ -109,7 +109,7 @@ TEST(LaserFuzz, Carmen) {
         "ROBOTLASER1 0 -1.5 3 0.5 25 0.01 0 6 {0}1 3 {1} 0 0 {1} 0 0 0 0 0 0 0 {1}.{2} h 1\n"
         "RAWLASER2 0 -1.5 3 0.5 25 0.01 0 6 {0}0 {1}.25 h 1\nTRUEPOS 1 2 3 1 2 3 {1}.5 h 1\n",
         numbers(6), i + 100, 900000 / (i + 1));
-  EXPECT_GT(open_damaged("a.log", text, 1500), 1000);
+  EXPECT_GT(open_damaged("a.log", text, 1500), 0.4);
 }
 
 TEST(LaserFuzz, Graph) {
@@ -119,13 +119,13 @@ TEST(LaserFuzz, Graph) {
         "VERTEX2 {1} 1 2 3\nROBOTLASER1 0 -1.5 3 0.5 25 0.01 0 6 {0}0 {1} 0 0 {1} 0 0 0 0 0 0 0 {1}.{2} h 1\n"
         "EDGE2 0 1 1 2 3 4 5 6 7 8 9\n",
         numbers(6), i + 100, 900000 / (i + 1));
-  EXPECT_GT(open_damaged("a.log", text, 1500), 500);
+  EXPECT_GT(open_damaged("a.log", text, 1500), 0.2);
 }
 
 TEST(LaserFuzz, WeanHall) {
   std::string text;
   for (int i = 0; i < 5; ++i) text += fmt::format("L 1 2 3 2 2 3 {}{}.5\nO 4 5 6 {}.75\n", numbers(5), i, i);
-  EXPECT_GT(open_damaged("a.log", text, 1500), 500);
+  EXPECT_GT(open_damaged("a.log", text, 1500), 0.2);
 }
 
 TEST(LaserFuzz, Moos) {
@@ -136,7 +136,7 @@ TEST(LaserFuzz, Moos) {
         "ID=1,time={0}.5,angRes=0.50,minAngle=45.0,Range=[4]{{1,2,-1,3}},R=[1]{{2}}\n"
         "1.5 ODOMETRY_POSE p Pose=[3x1]{{1,2,3}},time={0}.75,Pitch=0.1,Roll=0.2\n",
         i);
-  EXPECT_GT(open_damaged("a.alog", text, 1500), 500);
+  EXPECT_GT(open_damaged("a.alog", text, 1500), 0.2);
 }
 
 TEST(LaserFuzz, BreezySlam) {
@@ -146,13 +146,13 @@ TEST(LaserFuzz, BreezySlam) {
     for (int k = 0; k < 21 + 682; ++k) text += fmt::format(" {}", k);
     text += "\n";
   }
-  EXPECT_GT(open_damaged("a.dat", text, 1500), 500);
+  EXPECT_GT(open_damaged("a.dat", text, 1500), 0.2);
 }
 
 TEST(LaserFuzz, Euroc) {
   std::string text = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1]\n";
   for (int i = 0; i < 8; ++i) text += fmt::format("140371552391214{}000,1,2,3,4,5,{}.5\n", i, i);
-  EXPECT_GT(open_damaged("imu0.csv", text, 1500), 500);
+  EXPECT_GT(open_damaged("imu0.csv", text, 1500), 0.2);
 
   const TemporaryFolder folder;
   test::write_bytes(folder / "imu0.csv", text);
