@@ -63,12 +63,9 @@ std::string PoseListReader::add(const TextLine& line) {
 }
 
 Result<PoseList> PoseListReader::read() {
-  for (const TextLine& line : table_.lines) {
-    const std::string wrong = add(line);
-    if (wrong.empty()) continue;
-    if (line.ended) return fail(ErrorCode::kCorrupted, file_.where(line), "{}", wrong);
-    skips_.add(SkippedLines::Reason::kCutOff, line.number);
-  }
+  const auto parsed =
+      parse_lines(file_, table_.lines, skips_, [this](const TextLine& line) { return add(line); });
+  if (!parsed) return forward_error(parsed);
   list_.poses = keep_increasing(
       std::move(list_.poses), line_numbers_, [](const StampedPose& p) { return p.stamp; }, skips_);
   list_.skipped = skips_.take();

@@ -11,20 +11,6 @@
 namespace hm::detail {
 namespace {
 
-/// Splits each line of a list into words and passes them to `parse`, which returns an error description, if
-/// any.
-Result<void> parse_lines(
-    const TextFile& file, SkipCounter& skips,
-    const std::function<std::string(const TextLine&, const std::vector<std::string_view>&)>& parse) {
-  for (const TextLine& line : file.lines()) {
-    const std::string wrong = parse(line, words(line.text));
-    if (wrong.empty()) continue;
-    if (line.ended) return fail(ErrorCode::kCorrupted, file.where(line), "{}", wrong);
-    skips.add(SkippedLines::Reason::kCutOff, line.number);
-  }
-  return {};
-}
-
 ImageList increasing(const std::vector<StampedImage>& images, const std::vector<std::size_t>& lines,
                      SkipCounter skips) {
   ImageList list;
@@ -64,6 +50,17 @@ std::optional<std::size_t> depth_column(std::string_view first, std::string_view
 
 }  // namespace
 
+Result<void> parse_lines(const TextFile& file, std::span<const TextLine> lines, SkipCounter& skips,
+                         const std::function<std::string(const TextLine&)>& parse) {
+  for (const TextLine& line : lines) {
+    const std::string wrong = parse(line);
+    if (wrong.empty()) continue;
+    if (line.ended) return fail(ErrorCode::kCorrupted, file.where(line), "{}", wrong);
+    skips.add(SkippedLines::Reason::kCutOff, line.number);
+  }
+  return {};
+}
+
 std::optional<Time> StampRule::parse(std::string_view word) const {
   if (!frame_rate_hz) return parse_stamp(word);
   const auto number = parse_number(word);
@@ -77,16 +74,16 @@ Result<ImageList> read_image_list(const std::filesystem::path& path, const Stamp
   std::vector<StampedImage> images;
   std::vector<std::size_t> lines;
   SkipCounter skips(path);
-  const auto parsed =
-      parse_lines(*file, skips, [&](const TextLine& line, const auto& columns) -> std::string {
-        if (columns.size() < 2) return fmt::format("expected `stamp path`, found `{}`", line.text);
-        const auto stamp = rule.parse(columns[0]);
-        if (!stamp) return fmt::format("`{}` is not a stamp", columns[0]);
-        const auto path_begin = static_cast<std::size_t>(columns[1].data() - line.text.data());
-        images.push_back({*stamp, with_slashes(line.text.substr(path_begin))});
-        lines.push_back(line.number);
-        return {};
-      });
+  const auto parsed = parse_lines(*file, file->lines(), skips, [&](const TextLine& line) -> std::string {
+    const auto columns = words(line.text);
+    if (columns.size() < 2) return fmt::format("expected `stamp path`, found `{}`", line.text);
+    const auto stamp = rule.parse(columns[0]);
+    if (!stamp) return fmt::format("`{}` is not a stamp", columns[0]);
+    const auto path_begin = static_cast<std::size_t>(columns[1].data() - line.text.data());
+    images.push_back({*stamp, with_slashes(line.text.substr(path_begin))});
+    lines.push_back(line.number);
+    return {};
+  });
   if (!parsed) return forward_error(parsed);
   return increasing(images, lines, skips);
 }
@@ -97,7 +94,8 @@ Result<AssociationList> read_associations(const std::filesystem::path& path, con
   std::array<std::vector<StampedImage>, 2> columns;  // depth, colour
   std::vector<std::size_t> lines;
   SkipCounter skips(path);
-  const auto parsed = parse_lines(*file, skips, [&](const TextLine& line, const auto& word) -> std::string {
+  const auto parsed = parse_lines(*file, file->lines(), skips, [&](const TextLine& line) -> std::string {
+    const auto word = words(line.text);
     if (word.size() != 4) return fmt::format("expected `stamp path stamp path`, found `{}`", line.text);
     const std::array<std::optional<Time>, 2> stamps{rule.parse(word[0]), rule.parse(word[2])};
     if (!stamps[0] || !stamps[1]) return fmt::format("`{}` is not a stamp", word[stamps[0] ? 2 : 0]);

@@ -8,6 +8,7 @@
 
 #include "hm/core/result.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/bytes/text_lines.hpp"
 
 /// Readers of the text lists of images of a TUM or ICL-NUIM folder. A malformed line is an error naming
 /// file:line, except for an unterminated last line, which is skipped as truncated. Lines in no order of time
@@ -19,6 +20,11 @@ struct StampRule {
   std::optional<double> frame_rate_hz;
   [[nodiscard]] std::optional<Time> parse(std::string_view word) const;
 };
+
+/// Passes each line to `parse`, which returns what is wrong with it, if anything: an error naming file:line,
+/// or an unterminated last line skipped as cut off.
+Result<void> parse_lines(const TextFile& file, std::span<const TextLine> lines, SkipCounter& skips,
+                         const std::function<std::string(const TextLine&)>& parse);
 
 struct StampedImage {
   Time stamp;

@@ -92,6 +92,15 @@ SurfaceElement fit_element(const DepthGrid& grid, int x, int y, const DepthNoise
 
 }  // namespace
 
+std::optional<GridReading> reading_at(const DepthGrid& grid, const Vec3& p_camera) {
+  constexpr double kInFront_m = 0.05;
+  if (p_camera.z() < kInFront_m) return std::nullopt;
+  const Vec2 pixel = grid.camera.project(p_camera);
+  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
+  if (!grid.depth_m.contains(x, y) || !(grid.depth_m(x, y) > 0)) return std::nullopt;
+  return GridReading{Vec2(x, y), static_cast<double>(grid.depth_m(x, y))};
+}
+
 DepthGrid make_depth_grid(const DepthImage& depth, const PinholeCamera& camera, const DepthNoise& noise,
                           double max_depth_m) {
   DepthGrid grid;

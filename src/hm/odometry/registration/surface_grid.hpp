@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
@@ -14,6 +15,14 @@ struct DepthGrid {
   PinholeCamera camera;  ///< of the grid: pixels are cells
   Image<float> depth_m;
 };
+/// The reading of a depth grid in one cell.
+struct GridReading {
+  Vec2 cell;
+  double depth_m = 0;
+};
+/// What a grid reads where a point, in its camera's frame, is seen; nothing outside it, nearer than 0.05 m,
+/// or where there is no reading.
+std::optional<GridReading> reading_at(const DepthGrid& grid, const Vec3& p_camera);
 DepthGrid make_depth_grid(const DepthImage& depth, const PinholeCamera& camera, const DepthNoise& noise,
                           double max_depth_m);
 

@@ -49,8 +49,7 @@ Result<MeshError> evaluate_mesh_file(const std::filesystem::path& path, const Tr
 
 std::string mesh_size_warning(const std::filesystem::path& path, const TriangleMesh& mesh,
                               const MeshTruth& truth) {
-  constexpr double kLargest_ratio =
-      20;  // 25.4 mm are an inch; a part of a building is smaller than the whole
+  constexpr double kLargest_ratio = 20;  // less than an inch in millimetres
   const Box3 box = bounds(mesh), true_box = bounds(truth.mesh);
   if (box.isEmpty() || true_box.isEmpty()) return {};
   const double size = box.diagonal().norm(), true_size = true_box.diagonal().norm();
@@ -58,8 +57,7 @@ std::string mesh_size_warning(const std::filesystem::path& path, const TriangleM
   if (size < kLargest_ratio * true_size && true_size < kLargest_ratio * size) return {};
   return fmt::format(
       "{}: the mesh is {:.4g} times the size of the truth (boxes of {:.4g} and {:.4g} m across); is it in "
-      "another "
-      "unit?",
+      "another unit?",
       path.string(), size / true_size, size, true_size);
 }
 

@@ -95,6 +95,8 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
         "bundle adjustment was stopped: poses are less accurate than they could be");
   if (state.alignment.disparity.interrupted)
     summary.warnings.emplace_back("stopped before the offset of the camera's disparity was estimated");
+  if (state.alignment.focal_length.interrupted)
+    summary.warnings.emplace_back("stopped before the focal length was checked");
   if (state.track.frames_read < state.frames_total && state.interrupted)
     summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
                                            counted(state.frames_total, "frame")));

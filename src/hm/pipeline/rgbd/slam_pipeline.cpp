@@ -411,7 +411,7 @@ void SlamPipeline::close_loops() {
   const Trajectory& path = impl.alignment ? impl.aligned : track.trajectory;
   impl.state.alignment = impl.closer.finish(
       impl.run, keyframe_depths(impl.source, path, track.color_delay_s, impl.parameters.depth_noise));
-  impl.state.interrupted |= impl.state.alignment.interrupted || impl.state.alignment.disparity.interrupted;
+  impl.state.interrupted |= impl.state.alignment.was_stopped();
   const auto snapshot = impl.closer.snapshot();
   impl.state.keyframes = snapshot.corrected;
   impl.state.loops = snapshot.statistics;

@@ -13,42 +13,29 @@ constexpr double kUnobservedRatio = 0.8;  // of the prior's deviation
 /// whose depth is bent over the image besides; up to 1.02 without any error.)
 constexpr double kWorse_ratio = 1.05;
 
-/// An element as it is with an offset. In 1/z a plane is linear, and remains so.
-struct CorrectedElement {
-  Vec3 point, normal, normal_by_offset;
-};
+/// In 1/z a plane is linear, and remains so with an offset.
 CorrectedElement corrected(const SurfaceElement& element, double offset_1_m) {
   const Vec3 point = element.point.cast<double>(), normal = element.normal.cast<double>();
   const Vec3 plane = normal / normal.dot(point) + offset_1_m * Vec3::UnitZ();  // plane . x = 1
   const double size = plane.norm();
-  const Vec3 turned = -plane / size;
-  return {point / (1 + offset_1_m * point.z()), turned, -(Vec3::UnitZ() - turned * turned.z()) / size};
+  const Vec3 moved = point / (1 + offset_1_m * point.z()), turned = -plane / size;
+  return {moved, turned, -moved.z() * moved, -(Vec3::UnitZ() - turned * turned.z()) / size};
 }
 
 }  // namespace
 
 std::optional<SurfaceResidual> offset_residual(const SurfacePair& pair, const SurfaceElement& element,
                                                double offset_1_m, const DepthNoise& noise) {
-  constexpr double kInFront_m = 0.05;
   const CorrectedElement one = corrected(element, offset_1_m);
-  const Mat3& R = pair.T_grid_element.rotation();
-  const Vec3 p = pair.T_grid_element * one.point;
-  if (p.z() < kInFront_m) return std::nullopt;
-  const Vec2 pixel = pair.grid.camera.project(p);
-  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
-  if (!pair.grid.depth_m.contains(x, y) || !(pair.grid.depth_m(x, y) > 0)) return std::nullopt;
-  const double reading_m = static_cast<double>(pair.grid.depth_m(x, y));
-  const double z = reading_m / (1 + offset_1_m * reading_m);
-  const Vec3 q = pair.grid.camera.unproject(Vec2(x, y), z), n = R * one.normal;
-  const double distance_m = n.dot(q - p);
-  const double sigma_m = noise.sigma_m(reading_m) * n.z(), own_m = static_cast<double>(element.sigma_m);
-  const double enlarged = (1 + offset_1_m * reading_m) * (1 + offset_1_m * reading_m);
-  SurfaceResidual found;
-  found.distance_m = enlarged * distance_m;
+  const std::optional<GridReading> reading = reading_at(pair.grid, pair.T_grid_element * one.point);
+  if (!reading) return std::nullopt;
+  const double scale = 1 + offset_1_m * reading->depth_m, z = reading->depth_m / scale;
+  const Vec3 q = pair.grid.camera.unproject(reading->cell, z);
+  SurfaceResidual found = residual_between(one, {q, -z * q}, pair.T_grid_element, {scale * scale, 2 * z});
+  const double cosine = (pair.T_grid_element.rotation() * one.normal).z();
+  const double sigma_m = noise.sigma_m(reading->depth_m) * cosine,
+               own_m = static_cast<double>(element.sigma_m);
   found.variance_m2 = own_m * own_m + sigma_m * sigma_m;
-  found.jacobian << -enlarged * n, -enlarged * q.cross(n),
-      enlarged * (n.dot(one.point.z() * (R * one.point) - z * q) + (R * one.normal_by_offset).dot(q - p) +
-                  2 * z * distance_m);
   return found;
 }
 

@@ -12,48 +12,37 @@ constexpr double kFocalUnobservedRatio = 0.5;  // of the prior's deviation
 
 /// x and y of a point that was unprojected with another focal length.
 Vec3 shrunk(const Vec3& p, double ratio) { return {p.x() / ratio, p.y() / ratio, p.z()}; }
+Vec3 shrunk_by_log_ratio(const Vec3& p) { return {-p.x(), -p.y(), 0}; }
 
-/// An element as it is with another focal length: a plane remains one.
-struct ShrunkElement {
-  Vec3 point, normal, normal_by_log_ratio;
-  double enlarged = 1;  ///< noise along the normal before, over noise after
-};
-ShrunkElement shrunk(const SurfaceElement& element, double ratio) {
+/// With another focal length a plane remains one. `plane_ratio`: length of the plane's vector over that
+/// before.
+CorrectedElement shrunk(const SurfaceElement& element, double ratio, double& plane_ratio) {
   const Vec3 point = element.point.cast<double>(), normal = element.normal.cast<double>();
   const Vec3 before = normal / normal.dot(point);  // plane . x = 1
   const Vec3 plane(ratio * before.x(), ratio * before.y(), before.z());
   const double size = plane.norm();
-  const Vec3 turned = -plane / size, by_log_ratio(plane.x(), plane.y(), 0);
-  return {shrunk(point, ratio), turned, -(by_log_ratio - turned * turned.dot(by_log_ratio)) / size,
-          size / before.norm()};
+  const Vec3 moved = shrunk(point, ratio), turned = -plane / size, by_log_ratio(plane.x(), plane.y(), 0);
+  plane_ratio = size / before.norm();
+  return {moved, turned, shrunk_by_log_ratio(moved),
+          -(by_log_ratio - turned * turned.dot(by_log_ratio)) / size};
 }
 
 }  // namespace
 
 std::optional<SurfaceResidual> focal_length_residual(const SurfacePair& pair, const SurfaceElement& element,
                                                      double log_ratio, const DepthNoise& noise) {
-  constexpr double kInFront_m = 0.05;
   const double ratio = std::exp(log_ratio);
-  const ShrunkElement one = shrunk(element, ratio);
-  const Mat3& R = pair.T_grid_element.rotation();
-  const Vec3 p = pair.T_grid_element * one.point;
-  if (p.z() < kInFront_m) return std::nullopt;
-  const Vec2 pixel = pair.grid.camera.project(shrunk(p, 1 / ratio));
-  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
-  if (!pair.grid.depth_m.contains(x, y) || !(pair.grid.depth_m(x, y) > 0)) return std::nullopt;
-  const double z = static_cast<double>(pair.grid.depth_m(x, y));
-  const Vec3 q = shrunk(pair.grid.camera.unproject(Vec2(x, y), z), ratio), n = R * one.normal;
-  const double distance_m = n.dot(q - p);
-  const double sigma_m = one.enlarged * noise.sigma_m(z) * n.z(),
+  double enlarged = 1;  // noise along the normal is inverse to the plane's vector
+  const CorrectedElement one = shrunk(element, ratio, enlarged);
+  const auto reading = reading_at(pair.grid, shrunk(pair.T_grid_element * one.point, 1 / ratio));
+  if (!reading) return std::nullopt;
+  const Vec3 q = shrunk(pair.grid.camera.unproject(reading->cell, reading->depth_m), ratio);
+  SurfaceResidual found = residual_between(one, {q, shrunk_by_log_ratio(q)}, pair.T_grid_element,
+                                           {enlarged, 1 - one.normal.z() * one.normal.z()});
+  const double cosine = (pair.T_grid_element.rotation() * one.normal).z();
+  const double sigma_m = enlarged * noise.sigma_m(reading->depth_m) * cosine,
                own_m = static_cast<double>(element.sigma_m);
-  const Vec3 q_by_log_ratio(-q.x(), -q.y(), 0), point_by_log_ratio(-one.point.x(), -one.point.y(), 0);
-  const double by_log_ratio = n.dot(q_by_log_ratio - R * point_by_log_ratio) +
-                              (R * one.normal_by_log_ratio).dot(q - p) +
-                              distance_m * (1 - one.normal.z() * one.normal.z());
-  SurfaceResidual found;
-  found.distance_m = one.enlarged * distance_m;
   found.variance_m2 = own_m * own_m + sigma_m * sigma_m;
-  found.jacobian << -one.enlarged * n, -one.enlarged * q.cross(n), one.enlarged * by_log_ratio;
   return found;
 }
 

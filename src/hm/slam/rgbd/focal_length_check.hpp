@@ -14,8 +14,8 @@ struct FocalLengthCheck {
   static constexpr double kPriorSigma = 0.1;
   double ratio = 1;  ///< true focal length over the one that was given
   double sigma = kPriorSigma;
-  std::size_t pairs = 0;  ///< of depth images, compared
-  bool is_observed = false;
+  std::size_t pairs = 0;     ///< of depth images, compared
+  bool is_observed = false;  ///< converged, with a deviation under half of the prior's
   /// Mean robust cost (Cauchy) of the distances between the surfaces, with the ratio over without, each with
   /// its own motions.
   double cost_ratio = 1;

@@ -41,13 +41,10 @@ Mat6 with_error(const Mat6& H, const Vec6& error_precision) {
 /// in the image.
 std::optional<double> distance_m(const SurfaceElement& element, const DepthGrid& grid,
                                  const SE3& T_grid_element) {
-  constexpr double kInFront_m = 0.05;
   const Vec3 p = T_grid_element * element.point.cast<double>();
-  if (p.z() < kInFront_m) return std::nullopt;
-  const Vec2 pixel = grid.camera.project(p);
-  const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
-  if (!grid.depth_m.contains(x, y) || !(grid.depth_m(x, y) > 0)) return std::nullopt;
-  const Vec3 seen = grid.camera.unproject(Vec2(x, y), static_cast<double>(grid.depth_m(x, y)));
+  const std::optional<GridReading> reading = reading_at(grid, p);
+  if (!reading) return std::nullopt;
+  const Vec3 seen = grid.camera.unproject(reading->cell, reading->depth_m);
   return std::abs((T_grid_element.rotation() * element.normal.cast<double>()).dot(seen - p));
 }
 

@@ -66,6 +66,10 @@ struct RgbdAlignmentReport {
   std::size_t loop_links = 0, visit_links = 0;
   std::size_t landmarks = 0, observations = 0;
   double error_before_px = 0, error_after_px = 0;  ///< reprojection, median
+  /// Any part of it was.
+  [[nodiscard]] bool was_stopped() const {
+    return interrupted || disparity.interrupted || focal_length.interrupted;
+  }
 };
 
 /// Corrects the drift of RGB-D odometry (dissertation 3.3): keyframes are nodes of a pose graph; places seen

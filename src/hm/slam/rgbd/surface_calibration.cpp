@@ -135,6 +135,19 @@ std::optional<QuantityEquations> sum_equations(std::vector<MovingPair>& pairs, d
 
 }  // namespace
 
+SurfaceResidual residual_between(const CorrectedElement& element, const CorrectedReading& reading,
+                                 const SE3& T_grid_element, const NoiseEnlargement& enlarged) {
+  const Mat3& R = T_grid_element.rotation();
+  const Vec3 n = R * element.normal, apart = reading.point - T_grid_element * element.point;
+  const double distance_m = n.dot(apart);
+  const double by_value = n.dot(reading.point_by_value - R * element.point_by_value) +
+                          (R * element.normal_by_value).dot(apart) + enlarged.log_by_value * distance_m;
+  SurfaceResidual found;
+  found.distance_m = enlarged.ratio * distance_m;
+  found.jacobian << -enlarged.ratio * n, -enlarged.ratio * reading.point.cross(n), enlarged.ratio * by_value;
+  return found;
+}
+
 SurfaceCalibration calibrate_by_surfaces(std::span<const SurfacePair> pairs,
                                          const CalibratedQuantity& quantity, const DepthNoise& noise,
                                          const RunContext& run) {

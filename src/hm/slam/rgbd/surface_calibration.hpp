@@ -30,6 +30,23 @@ struct SurfaceResidual {
   Eigen::Matrix<double, 7, 1> jacobian = Eigen::Matrix<double, 7, 1>::Zero();
 };
 
+/// An element as a value corrects it, with the derivatives.
+struct CorrectedElement {
+  Vec3 point, normal;  ///< normal: unit length
+  Vec3 point_by_value, normal_by_value;
+};
+/// A point that a depth image reads, as the value corrects it.
+struct CorrectedReading {
+  Vec3 point, point_by_value;
+};
+/// By how much noise along the normal was larger before the correction.
+struct NoiseEnlargement {
+  double ratio = 1, log_by_value = 0;
+};
+/// Distance between both with its derivatives; the variance is left to the caller.
+SurfaceResidual residual_between(const CorrectedElement& element, const CorrectedReading& reading,
+                                 const SE3& T_grid_element, const NoiseEnlargement& enlarged);
+
 /// A number in the model of a depth camera, 0 if the model is right.
 struct CalibratedQuantity {
   /// Nothing where the image has no reading.
