@@ -12,20 +12,26 @@ constexpr double kMinRange_m = 0.2;
 /// Between two beams the surface is known when they are this close in bearing and in range.
 constexpr double kMaxBearingGap_rad = 0.05, kMaxRangeStep_m = 0.15;
 
-/// Range of the surface that a scan measured in a direction; nothing where it measured none, or an edge.
-std::optional<double> surface_range(const PlanarScan& scan, double bearing_rad) {
+/// Range of the surface that a scan measured in a direction; nothing where it measured none, or an edge
+/// within the margin to either side.
+std::optional<double> surface_range(const PlanarScan& scan, double bearing_rad, double margin_rad) {
   constexpr double kTurn = 2 * std::numbers::pi;
   const auto& bearings = scan.bearings_rad;
   if (bearings.size() < 2) return std::nullopt;
   while (bearing_rad < bearings.front()) bearing_rad += kTurn;
   while (bearing_rad >= bearings.front() + kTurn) bearing_rad -= kTurn;
-  const auto after = std::ranges::upper_bound(bearings, static_cast<float>(bearing_rad));
-  if (after == bearings.end() || after == bearings.begin()) return std::nullopt;
-  const auto i = static_cast<std::size_t>(after - bearings.begin());
-  if (bearings[i] - bearings[i - 1] > kMaxBearingGap_rad) return std::nullopt;
-  const double first = scan.ranges_m[i - 1], second = scan.ranges_m[i];
-  if (std::abs(first - second) > kMaxRangeStep_m) return std::nullopt;
-  return std::min(first, second);
+  const auto after = [&](double bearing) {
+    return static_cast<std::size_t>(std::ranges::upper_bound(bearings, static_cast<float>(bearing)) -
+                                    bearings.begin());
+  };
+  const std::size_t first = after(bearing_rad - margin_rad), last = after(bearing_rad + margin_rad);
+  if (first == 0 || last == bearings.size()) return std::nullopt;
+  for (std::size_t i = first; i <= last; ++i)
+    if (bearings[i] - bearings[i - 1] > kMaxBearingGap_rad ||
+        std::abs(scan.ranges_m[i] - scan.ranges_m[i - 1]) > kMaxRangeStep_m)
+      return std::nullopt;
+  const std::size_t middle = after(bearing_rad);
+  return std::min(scan.ranges_m[middle - 1], scan.ranges_m[middle]);
 }
 
 /// Adds the points of one scan, seen from the other's laser.
@@ -38,7 +44,7 @@ void compare_points(const PlanarScan& points, const PlanarScan& beams, const SE2
     const Vec2 seen = T_beams_points * points.points_m[i] - beams.origin_m;
     const double range = seen.norm();
     if (range > limits.max_range_m || range < kMinRange_m) continue;
-    const auto surface = surface_range(beams, std::atan2(seen.y(), seen.x()));
+    const auto surface = surface_range(beams, std::atan2(seen.y(), seen.x()), limits.edge_margin_m / range);
     if (!surface) continue;
     const double tolerance = limits.tolerance_m + limits.tolerance_ratio * range;
     if (range < *surface - tolerance)

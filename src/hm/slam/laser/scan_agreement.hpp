@@ -26,6 +26,9 @@ struct ScanAgreementLimits {
   /// far.
   double max_range_m = 10;
   std::size_t max_points = 180;  ///< of each scan, evenly chosen
+  /// Points that another scan has so near beside an edge are not compared: a small error of the pose moves a
+  /// chair's leg, or the jamb of a door, into the gap beside it.
+  double edge_margin_m = 0;
 };
 
 /// Adds the points of each of two scans, as the other's laser would see them, to `sum`. Points behind the
