@@ -85,7 +85,7 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   SlamPipeline pipeline(recording, parameters, run);
   if (const auto tracked = pipeline.track_and_map(); !tracked) return forward_error(tracked);
   pipeline.close_loops();
-  const TriangleMesh before = pipeline.mesh_of_odometry();
+  const TriangleMesh before = pipeline.mesh_of_odometry(/*keyframes_alone=*/false);
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return forward_error(corrected);
   const SlamPipeline::State& state = pipeline.state();
 

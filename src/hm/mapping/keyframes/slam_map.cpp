@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "hm/core/check.hpp"
@@ -228,10 +229,15 @@ MapCorrection SlamMap::correct(const CorrectedKeyframes& keyframes) {
   return correct_map(impl.dense, impl.log, rebuild, pose, impl.run);
 }
 
-TriangleMesh SlamMap::mesh_of_odometry() {
+TriangleMesh SlamMap::mesh_of_odometry(bool keyframes_alone) {
   Impl& impl = *impl_;
-  const auto odometry = [&impl](const Observation& o) {
-    return o.submap == 0 ? std::optional(impl.turned(o).T_odom_camera) : std::nullopt;
+  std::set<std::size_t> keyframes;
+  if (keyframes_alone && impl.now.corrected)
+    for (const CorrectedKeyframe& keyframe : impl.now.corrected->keyframes())
+      keyframes.insert(keyframe.frame_index);
+  const auto odometry = [&](const Observation& o) {
+    const bool wanted = o.submap == 0 && (keyframes.empty() || keyframes.contains(o.frame_index));
+    return wanted ? std::optional(impl.turned(o).T_odom_camera) : std::nullopt;
   };
   if (impl.now.solutions == 0 && impl.T_turned_map.rotation().isIdentity(0))
     return impl.dense.finished_mesh();

@@ -51,8 +51,9 @@ class SlamMap {
   /// slam.rebuild_shift_voxel. Rebuilds the map unless it is already correct. Cancels a rebuild started by
   /// follow(). If the new map does not fit into memory (MapCorrection::out_of_memory), the map is unchanged.
   MapCorrection correct(const CorrectedKeyframes& keyframes);
-  /// Mesh of the uncorrected odometry poses, for comparison.
-  TriangleMesh mesh_of_odometry();
+  /// Mesh of the uncorrected odometry poses, for comparison; of all frames, or of keyframes alone, which is
+  /// enough for a picture and takes a fraction of the time.
+  TriangleMesh mesh_of_odometry(bool keyframes_alone);
 
   /// At least 1, from now on: of integration, correct() and mesh_of_odometry(); the rebuilding of follow()
   /// has one.

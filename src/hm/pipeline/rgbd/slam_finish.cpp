@@ -135,10 +135,12 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
   if (const auto found = check_recognised(options, pipeline.state()); !found) return found;
   pipeline.level();
   TriangleMesh before;
+  const bool is_measured = has_mesh_truth(options.recording);
   const bool compare = options.compare_with_odometry &&
-                       (has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures) &&
+                       (is_measured || options.parameters.reconstruction.pictures) &&
                        !pipeline.state().continued;
-  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
+  if (compare && pipeline.state().loops.accepted > 0)
+    before = pipeline.mesh_of_odometry(/*keyframes_alone=*/!is_measured);
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return corrected;
   summary.recording = run.recording.info();
   summary.parameters = options.parameters;

@@ -214,13 +214,15 @@ void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (before.triangles.empty()) return;
   const MeshFigureOptions draw_before =
       figure_options(summary_.recording.camera, summary_.state.track.trajectory, summary_.state.up);
+  const bool of_keyframes = !has_mesh_truth(options_.recording);
   std::vector<Figure> pairs;  // before and after stand side by side
   for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
     if (figure.name != "plan" && figure.name != "color") continue;
     const auto after = std::find_if(material_.figures.begin(), material_.figures.end(),
                                     [&](const Figure& other) { return other.name == figure.name; });
     figure.name = "before_" + figure.name;
-    figure.caption = "Before loops were closed: " + figure.caption;
+    figure.caption = fmt::format("Before loops were closed{}: {}",
+                                 of_keyframes ? ", from keyframes alone" : "", figure.caption);
     figure.place = HtmlReport::Place::kHalf;
     pairs.push_back(std::move(figure));
     if (after == material_.figures.end()) continue;

@@ -72,7 +72,6 @@ struct SlamPipeline::Impl {
   [[nodiscard]] Trajectory trajectory_now() const;
   void begin_level(const RgbdFrame& first);
   [[nodiscard]] std::vector<SurfacePatch> seen_patches() const;
-  void turn(const Mat3& R_turned_map);
   void conclude_tracking();
   void place_trajectory();
 
@@ -453,11 +452,6 @@ std::vector<SurfacePatch> SlamPipeline::Impl::seen_patches() const {
   return patches;
 }
 
-void SlamPipeline::Impl::turn(const Mat3& R_turned_map) {
-  hm::turn(state, R_turned_map);
-  map.set_turn(R_turned_map);
-}
-
 void SlamPipeline::level() {
   constexpr double kLeast_rad = 0.2 * kRadiansPerDegree;  // less is not worth making the map again
   Impl& impl = *impl_;
@@ -470,9 +464,9 @@ void SlamPipeline::level() {
     const Mat3 R_map_camera = impl.state.corrected.front().T_world_base.rotation();
     const Mat3 R_turned_map =
         level_pose(R_map_camera.transpose() * up.up).rotation() * R_map_camera.transpose();
-    const double tilt = std::acos(std::clamp(up.up.z(), -1.0, 1.0));
-    if (tilt > kLeast_rad) {
-      impl.turn(R_turned_map);
+    if (const double tilt = std::acos(std::clamp(up.up.z(), -1.0, 1.0)); tilt > kLeast_rad) {
+      turn(impl.state, R_turned_map);
+      impl.map.set_turn(R_turned_map);
       impl.state.levelled_rad = tilt;
     }
     up.up = Vec3::UnitZ();
@@ -484,7 +478,9 @@ void SlamPipeline::level() {
 
 const FrameSource& SlamPipeline::frames() const { return impl_->source; }
 UpDirection SlamPipeline::up() const { return impl_->state.up; }
-TriangleMesh SlamPipeline::mesh_of_odometry() { return impl_->map.mesh_of_odometry(); }
+TriangleMesh SlamPipeline::mesh_of_odometry(bool keyframes_alone) {
+  return impl_->map.mesh_of_odometry(keyframes_alone);
+}
 
 Result<void> SlamPipeline::correct_dense_map() {
   Impl& impl = *impl_;
@@ -492,8 +488,8 @@ Result<void> SlamPipeline::correct_dense_map() {
     return fail(ErrorCode::kOutOfMemory, "map", "{}", why);
   impl.state.correction = impl.map.correct(*impl.state.keyframes);
   impl.state.frames_mapped = impl.map.frames_mapped();
-  const std::string& why = impl.state.correction.out_of_memory;
-  if (!why.empty()) return fail(ErrorCode::kOutOfMemory, "correcting the map", "{}", why);
+  if (const std::string& why = impl.state.correction.out_of_memory; !why.empty())
+    return fail(ErrorCode::kOutOfMemory, "correcting the map", "{}", why);
   return {};
 }
 

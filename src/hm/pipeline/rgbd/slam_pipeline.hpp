@@ -158,8 +158,9 @@ class SlamPipeline {
   /// Finds up in the map; where nothing gives the map's frame (slam.level), all poses are turned so that it
   /// is z, and correct_dense_map() makes the map of them. After close_loops().
   void level();
-  /// The mesh of odometry's poses, to compare with; before correct_dense_map().
-  TriangleMesh mesh_of_odometry();
+  /// The mesh of odometry's poses, to compare with, of all frames or of keyframes alone; before
+  /// correct_dense_map().
+  TriangleMesh mesh_of_odometry(bool keyframes_alone);
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
   /// to be stopped: a run that was stopped early gets the right map of what there is. Errors: as finish().
   Result<void> correct_dense_map();

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <utility>
 #include <vector>
 
+#include "hm/geometry/triangle_mesh.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
@@ -133,6 +135,25 @@ TEST(SlamPipeline, TheEndOnMoreThreadsGivesTheSame) {
   ASSERT_GT(one.state().correction.frames, 0u) << "nothing was done in the end";
   EXPECT_EQ(more.dense().loop().threads(), 3);
   expect_same_result(one, more);
+}
+
+TEST(SlamPipeline, OdometrysMeshOfKeyframesAloneReadsOnlyThemAndShowsTheSameRoom) {
+  SlamPipeline slam(recording(), parameters_of_test(), {});
+  slam.track_and_map();
+  slam.close_loops();
+  slam.level();
+  ASSERT_GT(slam.counts().loops, 0u);
+  const auto measured = [&](bool keyframes_alone) {
+    const int before = recording().reads;
+    const TriangleMesh mesh = slam.mesh_of_odometry(keyframes_alone);
+    return std::pair(recording().reads - before, bounds(mesh).sizes());
+  };
+  const auto [reads_of_all, size] = measured(false);
+  const auto [reads, size_by_keyframes] = measured(true);
+  EXPECT_EQ(reads_of_all, static_cast<int>(2 * kWalk));
+  EXPECT_LE(reads, static_cast<int>(slam.counts().keyframes));
+  EXPECT_GT(reads, 2);
+  EXPECT_LT((size - size_by_keyframes).norm(), 0.2 * size.norm());
 }
 
 /// A run that was stopped before frame `cut`, as it comes back from its files.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -41,20 +42,25 @@ Mat3 whitening(const BundleObservation& seen) {
   return whiten;
 }
 
-/// Residual [u; v; depth], predicted minus observed, in standard deviations.
+/// Residual [u; v; depth], predicted minus observed, in standard deviations. There are hundreds of thousands
+/// of them: each holds little, and camera and observation must outlive it.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
-  ObservationCost(const PinholeCamera& camera, const BundleObservation& seen)
-      : camera_(camera), seen_(seen), whiten_(whitening(seen)) {}
+  ObservationCost(const PinholeCamera& camera, const BundleObservation& seen) : camera_(camera), seen_(seen) {
+    const Mat3 whiten = whitening(seen);
+    whiten_ = {whiten(0, 0), whiten(1, 0), whiten(1, 1), whiten(2, 2)};
+  }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const SE3 T_map_camera = detail::pose_of(parameters[0]);
     const Eigen::Map<const Vec3> p_map(parameters[1]);
     const Vec3 p_camera = T_map_camera.inverse() * p_map;
     if (p_camera.z() < kMinDepth_m) return false;
-    Eigen::Map<Vec3>(residuals, 3) = whiten_ * residual(camera_, p_camera, seen_);
+    Mat3 whiten;
+    whiten << whiten_[0], 0, 0, whiten_[1], whiten_[2], 0, 0, 0, whiten_[3];
+    Eigen::Map<Vec3>(residuals, 3) = whiten * residual(camera_, p_camera, seen_);
     if (jacobians == nullptr) return true;
-    const Eigen::Matrix<double, 3, 9> jacobian = whiten_ * observation_jacobian(camera_, T_map_camera, p_map);
+    const Eigen::Matrix<double, 3, 9> jacobian = whiten * observation_jacobian(camera_, T_map_camera, p_map);
     if (jacobians[0] != nullptr) detail::write_by_move<3>(jacobian.leftCols<6>(), jacobians[0]);
     using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
     if (jacobians[1] != nullptr) Eigen::Map<RowMajor>(jacobians[1], 3, 3) = jacobian.rightCols<3>();
@@ -62,9 +68,9 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
   }
 
  private:
-  PinholeCamera camera_;
-  BundleObservation seen_;
-  Mat3 whiten_;
+  const PinholeCamera& camera_;
+  const BundleObservation& seen_;
+  std::array<double, 4> whiten_;  ///< lower triangle of the upper left 2 x 2, and the last of the diagonal
 };
 
 bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const BundleObservation& seen) {
@@ -129,24 +135,32 @@ class ProgressOfRun : public ceres::IterationCallback {
   bool interrupted_ = false;
 };
 
-/// Parameter blocks of Ceres.
+/// Every observation has the same loss.
+ceres::Problem::Options with_shared_loss() {
+  ceres::Problem::Options options;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
+/// Parameter blocks of Ceres. The bundle's observations must outlive it.
 struct Unknowns {
-  explicit Unknowns(const Bundle& bundle) {
+  Unknowns(const Bundle& bundle, double loss_sigmas)
+      : loss(loss_sigmas > 0 ? std::make_unique<ceres::CauchyLoss>(loss_sigmas) : nullptr) {
     for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
     for (const BundleLandmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
   }
   std::vector<PoseState> poses;
   std::vector<Vec3> points;
-  ceres::Problem problem;
+  std::unique_ptr<ceres::LossFunction> loss;
+  ceres::Problem problem{with_shared_loss()};
 };
 
-void add_observations(const Bundle& bundle, double loss_sigmas, Unknowns& unknowns) {
+void add_observations(const Bundle& bundle, Unknowns& unknowns) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
     for (const BundleObservation& seen : bundle.landmarks[l].observations) {
       HM_CHECK(seen.keyframe < unknowns.poses.size(), "keyframe {} of {}", seen.keyframe,
                unknowns.poses.size());
-      unknowns.problem.AddResidualBlock(new ObservationCost(bundle.camera, seen),
-                                        loss_sigmas > 0 ? new ceres::CauchyLoss(loss_sigmas) : nullptr,
+      unknowns.problem.AddResidualBlock(new ObservationCost(bundle.camera, seen), unknowns.loss.get(),
                                         unknowns.poses[seen.keyframe].data(), unknowns.points[l].data());
     }
 }
@@ -209,8 +223,8 @@ void choose_solver(bool conjugate_gradients, ceres::Solver::Options& options) {
 
 ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,
                              bool conjugate_gradients, ProgressOfRun& progress) {
-  Unknowns unknowns(bundle);
-  add_observations(bundle, loss_sigmas, unknowns);
+  Unknowns unknowns(bundle, loss_sigmas);
+  add_observations(bundle, unknowns);
   add_edges(bundle, unknowns);
   ceres::Solver::Options options;
   choose_solver(conjugate_gradients, options);
@@ -227,9 +241,12 @@ ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double 
   return summary;
 }
 
-double cost_of(const Bundle& bundle, double loss_sigmas) {
-  Unknowns unknowns(bundle);
-  add_observations(bundle, loss_sigmas, unknowns);
+/// Cost of a bundle with other poses and points.
+double cost_of(const Bundle& bundle, const Unknowns& at, double loss_sigmas) {
+  Unknowns unknowns(bundle, loss_sigmas);
+  unknowns.poses = at.poses;
+  unknowns.points = at.points;
+  add_observations(bundle, unknowns);
   add_edges(bundle, unknowns);
   double cost = std::numeric_limits<double>::infinity();
   unknowns.problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
@@ -259,16 +276,16 @@ Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, co
 BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const RunContext& run) {
   BundleResult result;
   result.error_before_px = result.error_after_px = reprojection_error_px(bundle);
-  Bundle begin = bundle;
-  result.observations_behind = drop_behind(begin);
-  result.observations = count_observations(begin);
-  if (begin.landmarks.empty()) {
+  Bundle adjusted = bundle;
+  result.observations_behind = drop_behind(adjusted);
+  result.observations = count_observations(adjusted);
+  if (adjusted.landmarks.empty()) {
     result.message =
         result.observations_behind > 0 ? "all landmarks are behind their cameras" : "no landmarks";
     return result;
   }
-  result.conjugate_gradients = mean_covisible(begin) > params.most_covisible;
-  Bundle adjusted = begin;
+  result.conjugate_gradients = mean_covisible(adjusted) > params.most_covisible;
+  const Unknowns begin(adjusted, 0);
   double loss_sigmas = 0;
   for (int pass = 0; pass < kPasses && !result.interrupted; ++pass) {
     loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
@@ -282,7 +299,7 @@ BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const Run
     result.interrupted = progress.interrupted();
     if (!result.converged) return result;
   }
-  result.initial_cost = cost_of(begin, loss_sigmas);
+  result.initial_cost = cost_of(adjusted, begin, loss_sigmas);
   bundle.T_map_camera = std::move(adjusted.T_map_camera);
   bundle.landmarks = std::move(adjusted.landmarks);
   result.error_after_px = reprojection_error_px(bundle);
