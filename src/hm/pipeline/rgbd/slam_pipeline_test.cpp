@@ -146,7 +146,7 @@ TEST(SlamPipeline, OdometrysMeshOfKeyframesAloneReadsOnlyThemAndShowsTheSameRoom
   const auto measured = [&](bool keyframes_alone) {
     const int before = recording().reads;
     const TriangleMesh mesh = slam.mesh_of_odometry(keyframes_alone);
-    return std::pair(recording().reads - before, bounds(mesh).sizes());
+    return std::pair<int, Vec3>(recording().reads - before, bounds(mesh).sizes());
   };
   const auto [reads_of_all, size] = measured(false);
   const auto [reads, size_by_keyframes] = measured(true);
