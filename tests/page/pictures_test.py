@@ -62,7 +62,10 @@ class Pictures(page.PageTest):
         return cells_of(self.driver.get_screenshot_as_png())
 
     def model(self):
-        return cells_of(base64.b64decode(self.js(f"{VIEW}.draw(); return {VIEW}.canvas.toDataURL('image/png')").split(",")[1]))
+        """The model alone, in a canvas whose size no font decides."""
+        self.js(f"Object.assign({VIEW}.canvas.style, {{position: 'fixed', width: '640px', height: '400px'}})")
+        return cells_of(base64.b64decode(self.js(
+            f"const view = {VIEW}; view.resize(); view.fit(); view.draw(); return view.canvas.toDataURL('image/png')").split(",")[1]))
 
     def at_rest(self, picture):
         """A picture, once two in a row are the same."""
@@ -85,8 +88,10 @@ class Pictures(page.PageTest):
             if os.environ.get("HM_NEW_PICTURES"):
                 FOLDER.mkdir(exist_ok=True)
                 now.save(path, optimize=True)
+            self.js(f"{VIEW}.canvas.removeAttribute('style'); {VIEW}.resize(); {VIEW}.fit()")
             expected = Image.open(path).convert("RGB")
-            apart = difference(now.resize(expected.size), expected)
+            self.assertEqual(now.size, expected.size, name + part)
+            apart = difference(now, expected)
             print(f"{name}{part}: {apart:.2f} of what is allowed", flush=True)
             self.assertLess(apart, 1, name + part)
 
