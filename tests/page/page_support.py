@@ -100,6 +100,16 @@ def wait_for(driver, script, seconds=60, what=None):
         time.sleep(0.05)
 
 
+def pause_replay_at(driver, time_s, clock):
+    """Stops the replay of the made-up scan, which lasts a minute, at a moment that the page then shows as `clock`."""
+    wait_for(driver, "!document.getElementById('replay').hidden")
+    driver.execute_script("document.querySelector('#replay button').click()")
+    wait_for(driver, "document.querySelector('#replay button').textContent === '▶'")
+    driver.execute_script("const s = document.querySelector('#replay input'); s.value = arguments[0];"
+                          "s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change'))", 1000 * time_s / 60)
+    wait_for(driver, f"document.querySelector('#replay .time').textContent.startsWith('{clock}')")
+
+
 def press(driver, words):
     """Presses a button of the panel once it can be pressed."""
     find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim() === '{words}' && !b.disabled)"

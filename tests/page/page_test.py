@@ -239,12 +239,8 @@ class Desk(unittest.TestCase):
         page.wait_for(self.driver, "document.querySelector('.events').innerText.includes('12 frames were dropped')")
 
     def test_a_replay_is_paused_and_wound(self):
-        page.wait_for(self.driver, "!document.getElementById('replay').hidden")
+        page.pause_replay_at(self.driver, 30, "0:30")
         button = "document.querySelector('#replay button')"
-        self.js(f"{button}.click()")
-        page.wait_for(self.driver, f"{button}.textContent === '▶'")
-        self.js("const s = document.querySelector('#replay input'); s.value = 500; s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change'))")
-        page.wait_for(self.driver, "document.querySelector('#replay .time').textContent.startsWith('0:30')")
         self.js("document.querySelector('#replay select').value = '4'; document.querySelector('#replay select').dispatchEvent(new Event('change'))")
         self.js(f"{button}.click()")
         page.wait_for(self.driver, f"{button}.textContent !== '▶'")

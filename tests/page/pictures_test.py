@@ -23,7 +23,6 @@ FOLDER = Path(__file__).resolve().parent / "pictures"
 CELL = 8  # pixels
 MOST_MEAN = 0.6  # grey levels, mean of all cells and channels
 MOST_CELLS, LEVELS = 0.004, 32  # share of cells that differ by more than so many levels
-PAUSED_S = 25.0  # of the made-up scan, which is the same each time
 TEXT_WIDTH = """const context = document.createElement('canvas').getContext('2d');
   context.font = '100px ' + getComputedStyle(document.body).fontFamily;
   return Math.round(context.measureText('Measure 0123456789').width)"""
@@ -45,12 +44,7 @@ class Pictures(page.PageTest):
     def open(self, *options, **browser):
         """The whole house, with the scan's clock at rest."""
         self.start("--replay", *options, **browser)
-        self.wait("!document.getElementById('replay').hidden")
-        self.js("document.querySelector('#replay button').click()")
-        self.wait("document.querySelector('#replay button').textContent === '▶'")
-        self.js("const s = document.querySelector('#replay input'); s.value = arguments[0];"
-                "s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change'))", PAUSED_S / 60 * 1000)
-        self.wait("document.querySelector('#replay .time').textContent.startsWith('0:25')")
+        page.pause_replay_at(self.driver, 25, "0:25")
         self.wait(f"{VIEW}.mesh.pageCount === {self.server.state()['house']}")
         self.wait(f"[...{VIEW}.mesh.shown.values()].every(page => page.levels.filter(Boolean).length === 3)")
         self.wait("document.getElementById('progress').innerText.includes('finished')")

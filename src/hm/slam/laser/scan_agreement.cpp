@@ -20,17 +20,16 @@ std::optional<double> surface_range(const PlanarScan& scan, double bearing_rad, 
   if (bearings.size() < 2) return std::nullopt;
   while (bearing_rad < bearings.front()) bearing_rad += kTurn;
   while (bearing_rad >= bearings.front() + kTurn) bearing_rad -= kTurn;
-  const auto after = [&](double bearing) {
-    return static_cast<std::size_t>(std::ranges::upper_bound(bearings, static_cast<float>(bearing)) -
-                                    bearings.begin());
-  };
-  const std::size_t first = after(bearing_rad - margin_rad), last = after(bearing_rad + margin_rad);
+  const auto middle = static_cast<std::size_t>(
+      std::ranges::upper_bound(bearings, static_cast<float>(bearing_rad)) - bearings.begin());
+  std::size_t first = middle, last = middle;
+  while (first > 0 && bearings[first - 1] > static_cast<float>(bearing_rad - margin_rad)) --first;
+  while (last < bearings.size() && bearings[last] <= static_cast<float>(bearing_rad + margin_rad)) ++last;
   if (first == 0 || last == bearings.size()) return std::nullopt;
   for (std::size_t i = first; i <= last; ++i)
     if (bearings[i] - bearings[i - 1] > kMaxBearingGap_rad ||
         std::abs(scan.ranges_m[i] - scan.ranges_m[i - 1]) > kMaxRangeStep_m)
       return std::nullopt;
-  const std::size_t middle = after(bearing_rad);
   return std::min(scan.ranges_m[middle - 1], scan.ranges_m[middle]);
 }
 

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kSpacing_m = 0.5, kSpacing_rad = 0.5;
 constexpr std::size_t kMaxPoints = 180;
-/// Twice the error of a good map.
-constexpr double kEdgeMargin_m = 0.1;
+/// The margin is twice the error of a good map.
+constexpr ScanAgreementLimits kComparedVisits{.edge_margin_m = 0.1};
 constexpr std::size_t kMinPointsOfVisits = 50;
 
 PlanarScan thinned_scan(const PlanarScan& scan) {
@@ -71,8 +71,6 @@ std::vector<VisitAgreement> ScanVisits::compare(const Correction& T_map_base) co
   poses.reserve(visits_.size());
   for (const Visit& visit : visits_) poses.push_back(T_map_base(visit.scan.stamp, visit.T_odom_base));
   const Places places(poses);
-  ScanAgreementLimits limits;
-  limits.edge_margin_m = kEdgeMargin_m;
   std::vector<VisitAgreement> found;
   for (std::size_t i = 0; i < visits_.size(); ++i) {
     const Visit& visit = visits_[i];
@@ -86,7 +84,7 @@ std::vector<VisitAgreement> ScanVisits::compare(const Correction& T_map_base) co
     VisitAgreement sum{{}, visit.scan.stamp, poses[i].translation()};
     for (const std::size_t j : thinned(std::move(others), kMaxPartners)) {
       const SE2 T_other_this = poses[j].inverse() * poses[i];
-      compare_scans(visits_[j].scan, visit.scan, T_other_this, limits, sum);
+      compare_scans(visits_[j].scan, visit.scan, T_other_this, kComparedVisits, sum);
     }
     if (sum.agrees + sum.seen_through >= kMinPointsOfVisits) found.push_back(sum);
   }
