@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace hm {
@@ -13,15 +14,27 @@ struct DepthSum {
   float count = 0;
 };
 
-/// Each level has half the side of the one before; the last is a single pixel wide or high.
-std::vector<Image<DepthSum>> pyramid_of(const DepthImage& depth) {
-  std::vector<Image<DepthSum>> levels(1, Image<DepthSum>(depth.width(), depth.height()));
-  for (int y = 0; y < depth.height(); ++y)
-    for (int x = 0; x < depth.width(); ++x)
-      if (depth.units(x, y) > 0) levels[0](x, y) = {1 / static_cast<float>(depth.depth_m(x, y)), 1};
+/// Inverse depths of a row's pixels; 0: no reading.
+void invert_row(std::span<const std::uint16_t> units, double unit_m, std::span<float> inverse) {
+  for (std::size_t x = 0; x < inverse.size(); ++x)
+    inverse[x] = units[x] > 0 ? 1 / static_cast<float>(units[x] * unit_m) : 0.0F;
+}
+
+/// Sums over squares of 2 x 2 pixels. Each further level has half the side of the one before; the last is a
+/// single pixel wide or high.
+std::vector<Image<DepthSum>> pyramid_of(const Image<float>& inverse) {
+  const auto half = [](int size) { return (size + 1) / 2; };
+  std::vector<Image<DepthSum>> levels;
+  levels.emplace_back(half(inverse.width()), half(inverse.height()));
+  for (int y = 0; y < inverse.height(); ++y)
+    for (int x = 0; x < inverse.width(); ++x) {
+      DepthSum& sum = levels[0](x / 2, y / 2);
+      sum.inverse += inverse(x, y);
+      sum.count += inverse(x, y) > 0 ? 1.0F : 0.0F;
+    }
   while (std::min(levels.back().width(), levels.back().height()) > 1) {
     const Image<DepthSum>& fine = levels.back();
-    Image<DepthSum> coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);
+    Image<DepthSum> coarse(half(fine.width()), half(fine.height()));
     for (int y = 0; y < fine.height(); ++y)
       for (int x = 0; x < fine.width(); ++x) {
         coarse(x / 2, y / 2).inverse += fine(x, y).inverse;
@@ -32,27 +45,47 @@ std::vector<Image<DepthSum>> pyramid_of(const DepthImage& depth) {
   return levels;
 }
 
-/// Inverse depth of the smallest square around the pixel that has a reading; 0 (far away) if there is none.
-double inverse_depth_at(const std::vector<Image<DepthSum>>& levels, int x, int y) {
+/// Mean inverse depth of the smallest square around the pixel that has a reading; 0 (far away) if there is
+/// none.
+float inverse_depth_around(const std::vector<Image<DepthSum>>& levels, int x, int y) {
   for (std::size_t k = 0; k < levels.size(); ++k) {
-    const DepthSum& sum = levels[k](x >> k, y >> k);
-    if (sum.count > 0) return static_cast<double>(sum.inverse / sum.count);
+    const DepthSum& sum = levels[k](x >> (k + 1), y >> (k + 1));
+    if (sum.count > 0) return sum.inverse / sum.count;
   }
   return 0;
 }
 
-Rgb8 bilinear(const Image<Rgb8>& image, const Vec2& at) {
-  const double x = std::clamp(at.x(), 0.0, image.width() - 1.0);
-  const double y = std::clamp(at.y(), 0.0, image.height() - 1.0);
-  const int x0 = std::min(static_cast<int>(x), image.width() - 2);
+/// Inverse depths of all pixels, without holes unless there is no reading at all.
+Image<float> filled_inverse_depths(const DepthImage& depth) {
+  Image<float> inverse(depth.width(), depth.height());
+  for (int y = 0; y < depth.height(); ++y) invert_row(depth.units.row(y), depth.unit_m, inverse.row(y));
+  const std::vector<Image<DepthSum>> levels = pyramid_of(inverse);
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x)
+      if (inverse(x, y) == 0) inverse(x, y) = inverse_depth_around(levels, x, y);
+  return inverse;
+}
+
+/// Channels of an image between two of its rows.
+void interpolate_row(const Image<Rgb8>& image, double at_y, std::span<double> channels) {
+  const double y = std::clamp(at_y, 0.0, image.height() - 1.0);
   const int y0 = std::min(static_cast<int>(y), image.height() - 2);
-  const double right = x - x0, down = y - y0;
-  const auto mix = [&](std::uint8_t Rgb8::*channel) {
-    const double upper = (1 - right) * image(x0, y0).*channel + right * image(x0 + 1, y0).*channel;
-    const double lower = (1 - right) * image(x0, y0 + 1).*channel + right * image(x0 + 1, y0 + 1).*channel;
-    return static_cast<std::uint8_t>((1 - down) * upper + down * lower + 0.5);
+  const double down = y - y0;
+  const std::uint8_t *upper = &image(0, y0).r, *lower = &image(0, y0 + 1).r;
+  for (std::size_t i = 0; i < channels.size(); ++i) channels[i] = upper[i] + down * (lower[i] - upper[i]);
+}
+
+/// Colour between the columns of such a row.
+Rgb8 color_at(std::span<const double> channels, double at_x) {
+  const auto columns = channels.size() / 3;
+  const double x = std::clamp(at_x, 0.0, static_cast<double>(columns - 1));
+  const std::size_t x0 = std::min(static_cast<std::size_t>(x), columns - 2);
+  const double right = x - static_cast<double>(x0);
+  const double* left = &channels[3 * x0];
+  const auto mix = [&](int channel) {
+    return static_cast<std::uint8_t>(left[channel] + right * (left[channel + 3] - left[channel]) + 0.5);
   };
-  return {mix(&Rgb8::r), mix(&Rgb8::g), mix(&Rgb8::b)};
+  return {mix(0), mix(1), mix(2)};
 }
 
 }  // namespace
@@ -60,13 +93,20 @@ Rgb8 bilinear(const Image<Rgb8>& image, const Vec2& at) {
 Image<Rgb8> register_color(const Image<Rgb8>& color, const DepthImage& depth,
                            const PinholeCamera& depth_camera, const ColorRegistration& registration) {
   if (color.width() < 2 || color.height() < 2) return color;
-  const std::vector<Image<DepthSum>> levels = pyramid_of(depth);
+  const Image<float> inverse = filled_inverse_depths(depth);
   const Vec2 principal_point(depth_camera.cx, depth_camera.cy);
+  std::vector<double> row(3 * static_cast<std::size_t>(color.width()));
   Image<Rgb8> result(depth.width(), depth.height());
-  for (int y = 0; y < depth.height(); ++y)
-    for (int x = 0; x < depth.width(); ++x)
-      result(x, y) = bilinear(
-          color, registration.color_pixel(Vec2(x, y), principal_point, inverse_depth_at(levels, x, y)));
+  for (int y = 0; y < depth.height(); ++y) {
+    // The cameras stand side by side: a row of one is a row of the other, whatever the depth.
+    const Vec2 begin = registration.color_pixel(Vec2(0, y), principal_point, 0);
+    interpolate_row(color, begin.y(), row);
+    for (int x = 0; x < depth.width(); ++x) {
+      const auto inverse_depth = static_cast<double>(inverse(x, y));
+      result(x, y) = color_at(
+          row, begin.x() + registration.scale_ratio * x + registration.parallax_px_m * inverse_depth);
+    }
+  }
   return result;
 }
 

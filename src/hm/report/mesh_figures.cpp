@@ -33,12 +33,16 @@ std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigure
     styles.push_back(render_options(options, style));
     figures.push_back({std::move(name), std::move(caption), {}, HtmlReport::Place::kStill});
   };
-  add("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
+  const bool all = !options.is_for_comparison;
+  if (all) add("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
   if (mesh.has_colors()) add("color", "With the colours that the camera saw.", RenderStyle::kColor);
-  add("height", "By height.", RenderStyle::kHeight);
-  std::vector<Image<Rgb8>> images = render_styles(mesh, dollhouse_view(extent, styles.front()), styles, loop);
-  for (std::size_t i = 0; i < figures.size(); ++i) figures[i].image = std::move(images[i]);
-  if (options.T_world_camera) {
+  if (all) add("height", "By height.", RenderStyle::kHeight);
+  if (!styles.empty()) {
+    std::vector<Image<Rgb8>> images =
+        render_styles(mesh, dollhouse_view(extent, styles.front()), styles, loop);
+    for (std::size_t i = 0; i < figures.size(); ++i) figures[i].image = std::move(images[i]);
+  }
+  if (all && options.T_world_camera) {
     const RenderOptions render =
         render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);
     figures.push_back({"camera", "As the camera saw it in the middle of the recording.",

@@ -33,13 +33,14 @@ struct MeshFigureOptions {
   Vec3 up = Vec3::UnitZ();                 ///< up direction (unit); approximate unless it is known
   bool up_is_known = false;
   std::optional<SE3> T_world_camera;  ///< additional view from this camera pose
+  bool is_for_comparison = false;     ///< only by colour (if it has any) and as a floor plan
 };
 
 /// Extent of a mesh along the up direction of the options.
 SceneExtent extent_of(const TriangleMesh& mesh, const MeshFigureOptions& options);
 
 /// Draws the mesh from above with ceilings removed: shaded, by colour (if it has any), by height, and as a
-/// floor plan. Empty for an empty mesh.
+/// floor plan; from the camera if its pose is given. Empty for an empty mesh.
 std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigureOptions& options,
                                       const ParallelLoop& loop);
 

@@ -134,13 +134,13 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
     return tl::make_unexpected(nothing_tracked(options, pipeline.state(), summary.warnings));
   if (const auto found = check_recognised(options, pipeline.state()); !found) return found;
   pipeline.level();
-  TriangleMesh before;
+  OdometryMesh before;
   const bool is_measured = has_mesh_truth(options.recording);
   const bool compare = options.compare_with_odometry &&
                        (is_measured || options.parameters.reconstruction.pictures) &&
                        !pipeline.state().continued;
   if (compare && pipeline.state().loops.accepted > 0)
-    before = pipeline.mesh_of_odometry(/*keyframes_alone=*/!is_measured);
+    before = {pipeline.mesh_of_odometry(/*keyframes_alone=*/!is_measured), !is_measured};
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return corrected;
   summary.recording = run.recording.info();
   summary.parameters = options.parameters;

@@ -32,7 +32,7 @@ class Output {
   Output(SlamPipeline& pipeline, const SlamRunOptions& options, SlamSummary& summary)
       : pipeline_(pipeline), options_(options), summary_(summary) {}
 
-  Result<void> write(const TriangleMesh& before);
+  Result<void> write(const OdometryMesh& before);
 
  private:
   void say(const char* stage) const {
@@ -56,7 +56,7 @@ class Output {
   void compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
   void draw_matrices();
   void draw_accepted_loops();
-  void draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
+  void draw_meshes(const OdometryMesh& before, const TriangleMesh& mesh);
   void write_report();
 
   SlamPipeline& pipeline_;
@@ -203,7 +203,7 @@ void Output::draw_accepted_loops() {
                                options_.parameters.loops.verifier);
 }
 
-void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
+void Output::draw_meshes(const OdometryMesh& before, const TriangleMesh& mesh) {
   if (!options_.parameters.reconstruction.pictures) return;
   say("drawing figures");
   const MeshFigureOptions draw =
@@ -211,18 +211,17 @@ void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   material_.figures = make_mesh_figures(mesh, draw, pipeline_.dense().loop());
   material_.scene = make_scene_model(mesh, draw, nullptr, pipeline_.dense().loop());
   if (result_) result_ = write_floor_plan(material_.scene, options_.output, summary_.outputs);
-  if (before.triangles.empty()) return;
-  const MeshFigureOptions draw_before =
+  if (before.mesh.triangles.empty()) return;
+  MeshFigureOptions draw_before =
       figure_options(summary_.recording.camera, summary_.state.track.trajectory, summary_.state.up);
-  const bool of_keyframes = !has_mesh_truth(options_.recording);
+  draw_before.is_for_comparison = true;
   std::vector<Figure> pairs;  // before and after stand side by side
-  for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
-    if (figure.name != "plan" && figure.name != "color") continue;
+  for (Figure& figure : make_mesh_figures(before.mesh, draw_before, pipeline_.dense().loop())) {
     const auto after = std::find_if(material_.figures.begin(), material_.figures.end(),
                                     [&](const Figure& other) { return other.name == figure.name; });
     figure.name = "before_" + figure.name;
     figure.caption = fmt::format("Before loops were closed{}: {}",
-                                 of_keyframes ? ", from keyframes alone" : "", figure.caption);
+                                 before.of_keyframes_alone ? ", from keyframes alone" : "", figure.caption);
     figure.place = HtmlReport::Place::kHalf;
     pairs.push_back(std::move(figure));
     if (after == material_.figures.end()) continue;
@@ -252,7 +251,7 @@ void Output::write_report() {
     result_ = write_file_text(options_.output / "report.html", slam_report_html(summary_, material_));
 }
 
-Result<void> Output::write(const TriangleMesh& before) {
+Result<void> Output::write(const OdometryMesh& before) {
   write_trajectories();
   say("writing the map");
   summary_.volumes = pipeline_.dense().grid().volume_count();
@@ -269,7 +268,7 @@ Result<void> Output::write(const TriangleMesh& before) {
   if (result_)
     result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version, summary_.state.up},
                                options_.parameters.reconstruction, summary_.outputs);
-  compare_meshes(before, mesh);
+  compare_meshes(before.mesh, mesh);
   draw_matrices();
   draw_accepted_loops();
   draw_meshes(before, mesh);
@@ -279,7 +278,7 @@ Result<void> Output::write(const TriangleMesh& before) {
 
 }  // namespace
 
-Result<void> write_slam_results(SlamPipeline& pipeline, const TriangleMesh& before,
+Result<void> write_slam_results(SlamPipeline& pipeline, const OdometryMesh& before,
                                 const SlamRunOptions& options, SlamSummary& summary) {
   return Output(pipeline, options, summary).write(before);
 }
