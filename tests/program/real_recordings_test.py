@@ -34,6 +34,13 @@ class RealRecordings(support.ProgramTest):
                 self.assertIn(str(frames), self.run_hm("info", support.real_data() / name).stdout)
                 self.assertEqual(info["path_kind"], "recording")
 
+    def test_a_scan_says_that_colour_is_not_registered(self):
+        camera = f"replay:{support.real_data() / 'rgbd/sevenscenes_a'}"
+        run = self.run_json("scan", "--camera", camera, "--speed", "3", "--seconds", "6", "-o", "scanned", "--voxel", "0.06",
+                            "--set", "reconstruction.pictures=false", "--set", "slam.matrices=false")
+        said = [warning for warning in run["warnings"] if "colour is not registered to depth" in warning]
+        self.assertEqual(len(said), 1, run["warnings"])
+
 
 if __name__ == "__main__":
     if not support.real_data():

@@ -95,6 +95,12 @@ bool concerns_run(const Finding& finding, PoseUse poses) {
   return finding.kind != FindingKind::kMissingPoses && finding.kind != FindingKind::kPoorAgreement;
 }
 
+/// Whether it is found in the images, not in stamps, files or poses.
+bool is_about_images(FindingKind kind) {
+  return kind == FindingKind::kUnregisteredColor || kind == FindingKind::kOddScale ||
+         kind == FindingKind::kDepthRange;
+}
+
 /// Registers the recording's colour if its images show how; then says what was done.
 std::optional<std::string> register_color_of(std::unique_ptr<Recording>& recording) {
   const std::optional<FittedRegistration> fitted = fit_color_registration(*recording);
@@ -110,6 +116,17 @@ tl::unexpected<Error> refused(const std::filesystem::path& recording, const std:
 }
 
 }  // namespace
+
+Preflight check_images(const Recording& recording) {
+  constexpr PoseUse kPoses = PoseUse::kComparesWith;
+  Preflight said;
+  for (const Finding& finding : quick_report(recording, {.poses = kPoses}).findings) {
+    if (!is_about_images(finding.kind)) continue;
+    add_once(said.warnings, finding.message);
+    if (casts_doubt(finding.kind, kPoses)) add_once(said.doubts, finding.message);
+  }
+  return said;
+}
 
 Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options) {
   const RecordingReport report = quick_report(*recording, options);

@@ -40,6 +40,11 @@ struct Preflight {
 /// missing where the run needs it.
 Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const PreflightOptions& options);
 
+/// What the images of a camera show to be wrong, for frames that were taken live: colour that is not
+/// registered to depth, a depth unit that no such sensor has, hardly any depth. About twenty images are
+/// decoded; nothing is changed.
+Preflight check_images(const Recording& recording);
+
 /// Findings of inspect_laser_recording() and what the reader left out, each sentence once. Error
 /// (kInvalidValue), unless forced: the ranges of a laser are in another unit.
 Result<std::vector<std::string>> check_before_laser_run(const LaserRecording& recording, bool force);

@@ -392,6 +392,9 @@ TEST_F(RoomCheck, ColorIsRegisteredBeforeARunIfTheImagesShowHow) {
   ASSERT_TRUE(found);
   EXPECT_THAT(found->warnings, ElementsAre(HasSubstr("colour is not registered to depth")));
   EXPECT_EQ(same_colors_ratio(**left_alone, **registered), before);
+  const Preflight live = check_images(**left_alone);  // of frames that were taken already
+  EXPECT_THAT(live.warnings, ElementsAre(HasSubstr("colour is not registered to depth")));
+  EXPECT_THAT(live.doubts, IsEmpty());
   const auto said = check_before_run(*recording, {});
   ASSERT_TRUE(said);
   EXPECT_THAT(said->doubts, IsEmpty());

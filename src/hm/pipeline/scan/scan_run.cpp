@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/core/text/counted.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/sensor_prior.hpp"
@@ -18,6 +20,7 @@
 #include "hm/pipeline/scan/scan_frames.hpp"
 #include "hm/pipeline/scan/scan_recorder.hpp"
 #include "hm/pipeline/scan/scan_save.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 
 namespace hm {
 namespace {
@@ -273,6 +276,9 @@ Result<ScanSummary> Scan::finish() {
   SlamSummary slam;
   slam.capture = summary_.capture;
   slam.warnings = summary_.warnings;
+  Preflight images = check_images(frames_);
+  std::ranges::move(images.warnings, std::back_inserter(slam.warnings));
+  add_doubts(std::move(images.doubts), slam.verdict);
   const auto finished = finish_slam({pipeline_, frames_, folder_.staging(), options, watch_}, slam);
   if (!finished) return forward_error(finished);
   if (const auto published = folder_.publish(slam.outputs, RunState::kComplete); !published)
