@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <map>
 #include <span>
 #include <utility>
@@ -77,20 +76,7 @@ std::string_view to_words(NameUnit unit) {
 }
 
 std::optional<Time> time_of(std::string_view stem, NameUnit unit, double rate_hz) {
-  if (unit == NameUnit::kFrames) return StampRule{rate_hz}.parse(stem);
-  if (unit == NameUnit::kSeconds) return parse_stamp(stem);
-  const std::string_view whole = stem.substr(0, stem.find('.'));  // a fraction of them is left out
-  std::int64_t number = 0;
-  const char* end = whole.data() + whole.size();
-  if (const auto [rest, code] = std::from_chars(whole.data(), end, number);
-      code != std::errc{} || rest != end)
-    return std::nullopt;
-  const std::int64_t scale = unit == NameUnit::kMilliseconds   ? 1'000'000
-                             : unit == NameUnit::kMicroseconds ? 1'000
-                                                               : 1;
-  std::int64_t ns = 0;
-  if (__builtin_mul_overflow(number, scale, &ns)) return std::nullopt;
-  return Time{ns};
+  return unit == NameUnit::kFrames ? StampRule{rate_hz}.parse(stem) : parse_stamp(stem);
 }
 
 /// Images of one kind: in a folder of their own, or with a word before their numbers.

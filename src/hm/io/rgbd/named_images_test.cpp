@@ -51,21 +51,25 @@ TEST(NamedImages, WordsBeforeTheNumberAndTimesOfTheDeviceBehindItAreNotRead) {
 }
 
 TEST(NamedImages, StampsInSecondsAndInPartsOfThem) {
-  for (const auto& [a, b] :
-       std::vector<std::pair<std::string, std::string>>{{"1305031102.100000", "1305031102.350000"},
-                                                        {"1305031102100", "1305031102350"},
-                                                        {"1305031102100.250000", "1305031102350.750000"},
-                                                        {"depth_1305031102100", "depth_1305031102350"},
-                                                        {"1305031102100000", "1305031102350000"},
-                                                        {"1305031102100000000", "1305031102350000000"}}) {
+  struct Case {
+    std::string a, b;
+    std::int64_t beyond_a_ns = 0, beyond_b_ns = 0;
+  };
+  for (const auto& [a, b, beyond_a_ns, beyond_b_ns] :
+       std::vector<Case>{{"1305031102.100000", "1305031102.350000"},
+                         {"1305031102100", "1305031102350"},
+                         {"1305031102100.250000", "1305031102350.750000", 250'000, 750'000},
+                         {"depth_1305031102100", "depth_1305031102350"},
+                         {"1305031102100000", "1305031102350000"},
+                         {"1305031102100000000", "1305031102350000000"}}) {
     const TemporaryFolder folder;
     touch(folder.path() / "depth", {b + ".png", a + ".png"});
     const auto named = list_named_images(folder.path(), 30);
     ASSERT_TRUE(named) << a;
     EXPECT_TRUE(named->has_stamps) << a;
     ASSERT_EQ(named->lists.depth.images.size(), 2U) << a;
-    EXPECT_EQ(named->lists.depth.images[0].stamp.ns, 1'305'031'102'100'000'000) << a;
-    EXPECT_EQ(named->lists.depth.images[1].stamp.ns, 1'305'031'102'350'000'000) << a;
+    EXPECT_EQ(named->lists.depth.images[0].stamp.ns, 1'305'031'102'100'000'000 + beyond_a_ns) << a;
+    EXPECT_EQ(named->lists.depth.images[1].stamp.ns, 1'305'031'102'350'000'000 + beyond_b_ns) << a;
     EXPECT_TRUE(named->lists.color.images.empty());
   }
 }

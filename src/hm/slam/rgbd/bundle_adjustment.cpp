@@ -142,15 +142,23 @@ ceres::Problem::Options with_shared_loss() {
   return options;
 }
 
-/// Parameter blocks of Ceres. The bundle's observations must outlive it.
-struct Unknowns {
-  Unknowns(const Bundle& bundle, double loss_sigmas)
-      : loss(loss_sigmas > 0 ? std::make_unique<ceres::CauchyLoss>(loss_sigmas) : nullptr) {
-    for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
-    for (const BundleLandmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
-  }
+struct BlockValues {
   std::vector<PoseState> poses;
   std::vector<Vec3> points;
+};
+
+BlockValues values_of(const Bundle& bundle) {
+  BlockValues values;
+  for (const SE3& T : bundle.T_map_camera) values.poses.push_back(detail::pose_state(T));
+  for (const BundleLandmark& landmark : bundle.landmarks) values.points.push_back(landmark.p_map);
+  return values;
+}
+
+/// Parameter blocks of Ceres. The bundle's observations must outlive it.
+struct Unknowns : BlockValues {
+  Unknowns(BlockValues begin, double loss_sigmas)
+      : BlockValues(std::move(begin)),
+        loss(loss_sigmas > 0 ? std::make_unique<ceres::CauchyLoss>(loss_sigmas) : nullptr) {}
   std::unique_ptr<ceres::LossFunction> loss;
   ceres::Problem problem{with_shared_loss()};
 };
@@ -223,7 +231,7 @@ void choose_solver(bool conjugate_gradients, ceres::Solver::Options& options) {
 
 ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,
                              bool conjugate_gradients, ProgressOfRun& progress) {
-  Unknowns unknowns(bundle, loss_sigmas);
+  Unknowns unknowns(values_of(bundle), loss_sigmas);
   add_observations(bundle, unknowns);
   add_edges(bundle, unknowns);
   ceres::Solver::Options options;
@@ -242,10 +250,8 @@ ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double 
 }
 
 /// Cost of a bundle with other poses and points.
-double cost_of(const Bundle& bundle, const Unknowns& at, double loss_sigmas) {
-  Unknowns unknowns(bundle, loss_sigmas);
-  unknowns.poses = at.poses;
-  unknowns.points = at.points;
+double cost_of(const Bundle& bundle, BlockValues at, double loss_sigmas) {
+  Unknowns unknowns(std::move(at), loss_sigmas);
   add_observations(bundle, unknowns);
   add_edges(bundle, unknowns);
   double cost = std::numeric_limits<double>::infinity();
@@ -285,7 +291,7 @@ BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const Run
     return result;
   }
   result.conjugate_gradients = mean_covisible(adjusted) > params.most_covisible;
-  const Unknowns begin(adjusted, 0);
+  BlockValues begin = values_of(adjusted);
   double loss_sigmas = 0;
   for (int pass = 0; pass < kPasses && !result.interrupted; ++pass) {
     loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
@@ -299,7 +305,7 @@ BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const Run
     result.interrupted = progress.interrupted();
     if (!result.converged) return result;
   }
-  result.initial_cost = cost_of(adjusted, begin, loss_sigmas);
+  result.initial_cost = cost_of(adjusted, std::move(begin), loss_sigmas);
   bundle.T_map_camera = std::move(adjusted.T_map_camera);
   bundle.landmarks = std::move(adjusted.landmarks);
   result.error_after_px = reprojection_error_px(bundle);
