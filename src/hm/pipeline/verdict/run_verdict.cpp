@@ -159,7 +159,7 @@ void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& l
   if (visits.places == 0 || visits.worst_ratio <= limits.doubtful_ratio) return;
   verdict.add(breaks(visits, limits) ? MapVerdict::kBroken : MapVerdict::kDoubtful,
               fmt::format("around {:.1f} s after the start, {:.0f} % of what {} show stands in the free "
-                          "space of another visit",
+                          "space of another visit: the path is wrong there, or people or things have moved",
                           visits.worst_time_s, 100 * visits.worst_ratio, what));
 }
 
