@@ -42,9 +42,10 @@ struct RenderOptions {
 /// Up direction and extent of a mesh, robust against outliers (percentiles of its vertices).
 struct SceneExtent {
   Vec3 up = Vec3::UnitZ();
-  SE3 T_world_scene;                ///< z up, x along the longer main direction of the walls
-  Box3 box;                         ///< in scene axes: 0.2 to 99.8 percentiles, slightly padded
-  double floor_m = 0;               ///< height of the floor along up
+  SE3 T_world_scene;   ///< z up, x along the longer main direction of the walls; most walls' fronts are seen
+                       ///< from -y
+  Box3 box;            ///< in scene axes: 0.2 to 99.8 percentiles, slightly padded
+  double floor_m = 0;  ///< height of the floor along up
   std::optional<double> ceiling_m;  ///< height of the ceiling, if found
   std::vector<Vec3> points;         ///< surface points within the box, world, for fitting views
 };

@@ -131,6 +131,30 @@ TEST(SceneExtent, AKnownUpIsNotRefined) {
   EXPECT_GT(scene_extent(two_rooms(), up).up.z(), 0.99999);
 }
 
+/// A floor with a wall along one of its long sides, which faces it.
+TriangleMesh one_side_of_a_room(float side) {
+  TriangleMesh mesh;
+  const float y = 1.5F * side;
+  mesh.vertices = {{-3, -1.5F, 0}, {3, -1.5F, 0}, {3, 1.5F, 0}, {-3, 1.5F, 0},
+                   {-3, y, 0},     {3, y, 0},     {3, y, 2},    {-3, y, 2}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  if (side > 0)
+    mesh.triangles.insert(mesh.triangles.end(), {{4, 5, 6}, {4, 6, 7}});
+  else
+    mesh.triangles.insert(mesh.triangles.end(), {{4, 6, 5}, {4, 7, 6}});
+  return mesh;
+}
+
+TEST(SceneExtent, OneSideOfARoomIsSeenFromItsFront) {
+  for (const float side : {-1.F, 1.F}) {
+    const SceneExtent extent = scene_extent_along(one_side_of_a_room(side), Vec3::UnitZ());
+    const Vec3 normal(0, -static_cast<double>(side), 0);
+    EXPECT_LT(normal.dot(extent.T_world_scene.rotation().col(1)), -0.99) << side;
+    EXPECT_LT(normal.dot(dollhouse_view(extent, small()).T_world_camera.rotation().col(2)), 0) << side;
+    EXPECT_TRUE(extent.box.contains(extent.T_world_scene.inverse() * Vec3(2.9, side * 1.49, 0.5))) << side;
+  }
+}
+
 TEST(SceneExtent, UpOfCameras) {
   Mat3 upright;
   upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z forward is y of the world, y down

@@ -134,6 +134,24 @@ Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& s
 
 /// Pixels kept free at the sides of an image.
 constexpr double kMarginRatio = 0.04;
+/// Of the dollhouse view, from the scene's y axis.
+constexpr double kAzimuth = 28 * M_PI / 180;
+
+/// Area of walls that a look into the rooms from the side of the axes' -y shows from their front.
+double walls_seen(const std::vector<SurfacePatch>& facets, const Mat3& axes) {
+  const Vec3 forward = std::sin(kAzimuth) * axes.col(0) + std::cos(kAzimuth) * axes.col(1);
+  double sum = 0;
+  for (const SurfacePatch& f : facets)
+    if (std::abs(f.normal.dot(axes.col(2))) < 0.3) sum += f.area * std::max(0.0, -f.normal.dot(forward));
+  return sum;
+}
+
+/// Half a turn about up.
+Mat3 seen_from_behind(const Mat3& axes) {
+  Mat3 turned = axes;
+  turned.leftCols<2>() *= -1;
+  return turned;
+}
 
 SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<SurfacePatch>& facets, const Vec3& up) {
   SceneExtent extent;
@@ -150,6 +168,14 @@ SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<SurfacePatc
     const Vec3 x = axes.col(0);
     axes.col(0) = axes.col(1);
     axes.col(1) = -x;
+    extent.box = percentile_box(samples, axes);
+  }
+  // Of rooms that are closed, both sides show as much; of one side of a room, only one shows it from its
+  // front.
+  constexpr double kClearlyMore = 1.1;
+  const Mat3 turned = seen_from_behind(axes);
+  if (walls_seen(facets, turned) > kClearlyMore * walls_seen(facets, axes)) {
+    axes = turned;
     extent.box = percentile_box(samples, axes);
   }
   extent.T_world_scene = {axes, Vec3::Zero()};
@@ -184,7 +210,7 @@ RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& option
   RenderView view;
   view.up = extent.up;
   if (extent.ceiling_m) view.cut_height_m = *extent.ceiling_m - 0.12;
-  constexpr double kAzimuth = 28 * M_PI / 180, kElevation = 52 * M_PI / 180, kFieldOfView = 32 * M_PI / 180;
+  constexpr double kElevation = 52 * M_PI / 180, kFieldOfView = 32 * M_PI / 180;
   const Vec3 forward_scene(std::sin(kAzimuth) * std::cos(kElevation),
                            std::cos(kAzimuth) * std::cos(kElevation), -std::sin(kElevation));
   const Mat3 axes = camera_axes(extent.T_world_scene.rotation() * forward_scene, extent.up);
