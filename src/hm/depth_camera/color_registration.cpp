@@ -14,34 +14,29 @@ struct DepthSum {
   float count = 0;
 };
 
-/// Inverse depths of a row's pixels; 0: no reading.
-void invert_row(std::span<const std::uint16_t> units, double unit_m, std::span<float> inverse) {
-  for (std::size_t x = 0; x < inverse.size(); ++x)
-    inverse[x] = units[x] > 0 ? 1 / static_cast<float>(units[x] * unit_m) : 0.0F;
+/// Sums over squares of 2 x 2 pixels of an image of this size, whose pixels `at` gives.
+template <class At>
+Image<DepthSum> sums_of_squares(int width, int height, const At& at) {
+  Image<DepthSum> sums((width + 1) / 2, (height + 1) / 2);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const DepthSum pixel = at(x, y);
+      sums(x / 2, y / 2).inverse += pixel.inverse;
+      sums(x / 2, y / 2).count += pixel.count;
+    }
+  return sums;
 }
 
-/// Sums over squares of 2 x 2 pixels. Each further level has half the side of the one before; the last is a
-/// single pixel wide or high.
+/// Each level has half the side of the one before, the first of the image; the last is a single pixel wide or
+/// high.
 std::vector<Image<DepthSum>> pyramid_of(const Image<float>& inverse) {
-  const auto half = [](int size) { return (size + 1) / 2; };
+  const auto of_pixel = [&](int x, int y) {
+    return DepthSum{inverse(x, y), inverse(x, y) > 0 ? 1.0F : 0.0F};
+  };
   std::vector<Image<DepthSum>> levels;
-  levels.emplace_back(half(inverse.width()), half(inverse.height()));
-  for (int y = 0; y < inverse.height(); ++y)
-    for (int x = 0; x < inverse.width(); ++x) {
-      DepthSum& sum = levels[0](x / 2, y / 2);
-      sum.inverse += inverse(x, y);
-      sum.count += inverse(x, y) > 0 ? 1.0F : 0.0F;
-    }
-  while (std::min(levels.back().width(), levels.back().height()) > 1) {
-    const Image<DepthSum>& fine = levels.back();
-    Image<DepthSum> coarse(half(fine.width()), half(fine.height()));
-    for (int y = 0; y < fine.height(); ++y)
-      for (int x = 0; x < fine.width(); ++x) {
-        coarse(x / 2, y / 2).inverse += fine(x, y).inverse;
-        coarse(x / 2, y / 2).count += fine(x, y).count;
-      }
-    levels.push_back(std::move(coarse));
-  }
+  levels.push_back(sums_of_squares(inverse.width(), inverse.height(), of_pixel));
+  while (std::min(levels.back().width(), levels.back().height()) > 1)
+    levels.push_back(sums_of_squares(levels.back().width(), levels.back().height(), levels.back()));
   return levels;
 }
 
@@ -58,7 +53,9 @@ float inverse_depth_around(const std::vector<Image<DepthSum>>& levels, int x, in
 /// Inverse depths of all pixels, without holes unless there is no reading at all.
 Image<float> filled_inverse_depths(const DepthImage& depth) {
   Image<float> inverse(depth.width(), depth.height());
-  for (int y = 0; y < depth.height(); ++y) invert_row(depth.units.row(y), depth.unit_m, inverse.row(y));
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x)
+      if (depth.units(x, y) > 0) inverse(x, y) = 1 / static_cast<float>(depth.depth_m(x, y));
   const std::vector<Image<DepthSum>> levels = pyramid_of(inverse);
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x)

@@ -109,6 +109,12 @@ std::optional<std::string> register_color_of(std::unique_ptr<Recording>& recordi
   return to_string(*fitted, recording->camera());
 }
 
+/// Notes a finding in these words, and as a doubt if it is one.
+void note(const Finding& finding, const std::string& words, PoseUse poses, Preflight& said) {
+  add_once(said.warnings, words);
+  if (casts_doubt(finding.kind, poses)) add_once(said.doubts, finding.message);
+}
+
 tl::unexpected<Error> refused(const std::filesystem::path& recording, const std::string& finding) {
   return fail(ErrorCode::kInvalidValue, recording.string(),
               "{}{} Nothing was made of it; `hm info` shows more, --force runs all the same", finding,
@@ -118,13 +124,9 @@ tl::unexpected<Error> refused(const std::filesystem::path& recording, const std:
 }  // namespace
 
 Preflight check_images(const Recording& recording) {
-  constexpr PoseUse kPoses = PoseUse::kComparesWith;
   Preflight said;
-  for (const Finding& finding : quick_report(recording, {.poses = kPoses}).findings) {
-    if (!is_about_images(finding.kind)) continue;
-    add_once(said.warnings, finding.message);
-    if (casts_doubt(finding.kind, kPoses)) add_once(said.doubts, finding.message);
-  }
+  for (const Finding& finding : quick_report(recording, {}).findings)
+    if (is_about_images(finding.kind)) note(finding, finding.message, PoseUse::kComparesWith, said);
   return said;
 }
 
@@ -137,8 +139,7 @@ Result<Preflight> check_before_run(std::unique_ptr<Recording>& recording, const 
     if (!concerns_run(finding, options.poses)) continue;
     const bool wants_color = finding.kind == FindingKind::kUnregisteredColor && options.register_color;
     const std::optional<std::string> registered = wants_color ? register_color_of(recording) : std::nullopt;
-    add_once(said.warnings, registered.value_or(finding.message));
-    if (casts_doubt(finding.kind, options.poses)) add_once(said.doubts, finding.message);
+    note(finding, registered.value_or(finding.message), options.poses, said);
   }
   return said;
 }

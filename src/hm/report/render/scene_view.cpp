@@ -146,13 +146,6 @@ double walls_seen(const std::vector<SurfacePatch>& facets, const Mat3& axes) {
   return sum;
 }
 
-/// Half a turn about up.
-Mat3 seen_from_behind(const Mat3& axes) {
-  Mat3 turned = axes;
-  turned.leftCols<2>() *= -1;
-  return turned;
-}
-
 SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<SurfacePatch>& facets, const Vec3& up) {
   SceneExtent extent;
   extent.up = up;
@@ -173,7 +166,8 @@ SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<SurfacePatc
   // Of rooms that are closed, both sides show as much; of one side of a room, only one shows it from its
   // front.
   constexpr double kClearlyMore = 1.1;
-  const Mat3 turned = seen_from_behind(axes);
+  Mat3 turned = axes;  // by half a turn about up
+  turned.leftCols<2>() *= -1;
   if (walls_seen(facets, turned) > kClearlyMore * walls_seen(facets, axes)) {
     axes = turned;
     extent.box = percentile_box(samples, axes);
