@@ -11,7 +11,7 @@
 #include "hm/mvog/mvog_params.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
 #include "hm/slam/laser/grid_localiser.hpp"
-#include "hm/slam/laser/motion_search.hpp"
+#include "hm/slam/laser/motion/motion_search.hpp"
 #include "hm/slam/laser/scan_graph_params.hpp"
 
 namespace hm {

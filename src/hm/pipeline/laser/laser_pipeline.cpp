@@ -8,8 +8,8 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/planar_covariance.hpp"
 #include "hm/pipeline/laser/laser_motion.hpp"
-#include "hm/slam/laser/free_direction_search.hpp"
-#include "hm/slam/laser/motion_search.hpp"
+#include "hm/slam/laser/motion/free_direction_search.hpp"
+#include "hm/slam/laser/motion/motion_search.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/slam/laser/motion_search.hpp"
+#include "hm/slam/laser/motion/motion_search.hpp"
 
 #include <gtest/gtest.h>
 

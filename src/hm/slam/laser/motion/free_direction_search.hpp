@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/laser/odometry/scan_odometry.hpp"
-#include "hm/slam/laser/recent_keyframes.hpp"
+#include "hm/slam/laser/motion/recent_keyframes.hpp"
 #include "hm/slam/laser/search/correlative_map.hpp"
 
 namespace hm {

@@ -4,7 +4,7 @@
 
 #include "hm/core/params.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
-#include "hm/slam/laser/recent_keyframes.hpp"
+#include "hm/slam/laser/motion/recent_keyframes.hpp"
 #include "hm/slam/laser/scan_agreement.hpp"
 #include "hm/slam/laser/search/correlative_map.hpp"
 

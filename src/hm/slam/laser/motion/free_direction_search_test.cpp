@@ -1,4 +1,4 @@
-#include "hm/slam/laser/free_direction_search.hpp"
+#include "hm/slam/laser/motion/free_direction_search.hpp"
 
 #include <gtest/gtest.h>
 
