@@ -93,9 +93,9 @@ void LaserMapFrame::note(Time stamp, const SE2& T_map_odom) {
   history_.push_back({stamp, T_map_odom});
 }
 
-void LaserMapFrame::finish(const RevisionContext& context) {
+void LaserMapFrame::finish(const RunContext& run) {
   if (!loops_ || loops()->graph().size() == 0) return;
-  loops_->finish(context);
+  loops_->finish(run);
   const ScanGraph2D& graph = loops()->graph();
   // A change that came after the last keyframe, from a thread of its own, is noted at the scan of that time.
   const Time last = graph.keyframe(graph.size() - 1).scan.stamp;

@@ -50,7 +50,7 @@ class LaserMapFrame {
   /// Takes the scan, its odometry and the height of the vehicle into account.
   MapFrameStep process(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// LaserLoopCloser::finish().
-  void finish(const RevisionContext& context = {});
+  void finish(const RunContext& run = {});
 
   [[nodiscard]] MapFrameSource source() const;
   /// Null unless loops are closed.

@@ -423,9 +423,9 @@ void LaserPipeline::add_scan(LaserScan scan, std::size_t laser) {
   state_->process_waiting(false);
 }
 
-void LaserPipeline::finish(const RevisionContext& context) {
+void LaserPipeline::finish(const RunContext& run) {
   state_->process_waiting(true);
-  state_->map_frame.finish(context);
+  state_->map_frame.finish(run);
 }
 std::vector<LaserStep> LaserPipeline::take_steps() { return std::exchange(state_->steps, {}); }
 bool LaserPipeline::matches_scans() const { return state_->matches_scans; }

@@ -84,8 +84,8 @@ class LaserPipeline {
   /// `laser`: its index in the platform.
   void add_scan(LaserScan scan, std::size_t laser = 0);
   /// No more input: scans that wait are processed with what there is, loops are closed a last time and, until
-  /// a stop is requested, revised.
-  void finish(const RevisionContext& context = {});
+  /// a stop is requested, revised, and keyframes registered.
+  void finish(const RunContext& run = {});
   /// The scans that were processed since the last call, in order.
   std::vector<LaserStep> take_steps();
 

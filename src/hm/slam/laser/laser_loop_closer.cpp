@@ -1,5 +1,7 @@
 #include "hm/slam/laser/laser_loop_closer.hpp"
 
+#include <fmt/core.h>
+
 namespace hm {
 
 std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step,
@@ -21,10 +23,19 @@ PoseGraphSolution LaserLoopCloser::solve(bool whole) {
   return graph_.optimise(window_.next(graph_.size(), whole));
 }
 
-PoseGraphSolution LaserLoopCloser::finish(const RevisionContext& context) {
-  const PoseGraphSolution solution = solve(true);
-  revision_ = revise_loops(graph_, context);
-  return revision_.changes == 0 ? solution : solve(true);
+PoseGraphSolution LaserLoopCloser::finish(const RunContext& run) {
+  const auto show = [&](const LoopRevision& revision) {
+    if (run.progress)
+      run.progress(
+          {"closing loops", 0, 0,
+           fmt::format("the map contradicts itself: trial {} of {} at most, {} keyframes searched again",
+                       revision.trials, kMostRevisionTrials, revision.searched)});
+  };
+  PoseGraphSolution solution = solve(true);
+  revision_ = revise_loops(graph_, {run.stop, show});
+  if (revision_.changes > 0) solution = solve(true);
+  registration_ = register_keyframes(graph_, run);
+  return solution;
 }
 
 }  // namespace hm

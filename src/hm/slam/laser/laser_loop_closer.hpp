@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "hm/slam/laser/graph_keyframes.hpp"
+#include "hm/slam/laser/keyframe_registration.hpp"
 #include "hm/slam/laser/loop_revision.hpp"
 #include "hm/slam/laser/scan_graph_2d.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
@@ -22,9 +23,10 @@ class LaserLoopCloser {
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step, double height_m = 0);
   /// Adds a keyframe that GraphKeyframes made, instead.
   ScanGraphStep add(const GraphKeyframe2D& keyframe);
-  /// Optimises the whole graph and revises its loops (revise_loops), which may take a minute where the
-  /// map contradicts itself, and ends early once a stop is requested. More keyframes can be added after it.
-  PoseGraphSolution finish(const RevisionContext& context = {});
+  /// Optimises the whole graph, revises its loops (revise_loops), which may take a minute where the map
+  /// contradicts itself, and registers its keyframes (register_keyframes); ends early once a stop is
+  /// requested. More keyframes can be added after it. Returns the solution of the loops.
+  PoseGraphSolution finish(const RunContext& run = {});
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
   [[nodiscard]] const ScanGraph2D& graph() const { return graph_; }
@@ -32,6 +34,7 @@ class LaserLoopCloser {
   [[nodiscard]] int solutions() const { return solutions_; }
   /// By the last finish().
   [[nodiscard]] const LoopRevision& revision() const { return revision_; }
+  [[nodiscard]] const KeyframeRegistration& registration() const { return registration_; }
 
  private:
   PoseGraphSolution solve(bool whole);
@@ -41,6 +44,7 @@ class LaserLoopCloser {
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
   LoopRevision revision_;
+  KeyframeRegistration registration_;
   SolutionWindow window_;
 };
 

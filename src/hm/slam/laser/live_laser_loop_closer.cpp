@@ -58,9 +58,9 @@ const LaserLoopCloser& LiveLaserLoopCloser::settled() const {
   return impl_->closer;
 }
 
-PoseGraphSolution LiveLaserLoopCloser::finish(const RevisionContext& context) {
+PoseGraphSolution LiveLaserLoopCloser::finish(const RunContext& run) {
   impl_->wait();
-  const PoseGraphSolution solution = impl_->closer.finish(context);
+  const PoseGraphSolution solution = impl_->closer.finish(run);
   impl_->publish();
   return solution;
 }

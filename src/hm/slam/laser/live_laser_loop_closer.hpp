@@ -32,7 +32,7 @@ class LiveLaserLoopCloser {
   /// Waits until all keyframes are processed. Valid until the next add().
   [[nodiscard]] const LaserLoopCloser& settled() const;
   /// Waits likewise, then as LaserLoopCloser::finish().
-  PoseGraphSolution finish(const RevisionContext& context = {});
+  PoseGraphSolution finish(const RunContext& run = {});
 
  private:
   struct Impl;

@@ -70,6 +70,15 @@ Mat3 covariance_of_found(const CorrelativeSearchParams& search) {
          (1.0 / 16);
 }
 
+/// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that it could.
+bool confirms(const ScanMatch& match, const SE2& guess, double points, const ScanGraph2DParams& params) {
+  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
+  return correction.translation().norm() <= params.kVerifyMaxTranslation_m &&
+         std::abs(correction.angle()) <= params.kVerifyMaxRotation_rad &&
+         match.mean_error_m <= params.kVerifyMaxError_m &&
+         static_cast<double>(match.pairs) >= params.kVerifyMinPairsRatio * points;
+}
+
 LoopOutcome outcome_of(CorrelativeStatus status) {
   switch (status) {
     case CorrelativeStatus::kAmbiguous:
@@ -101,6 +110,10 @@ std::string_view to_string(LoopOutcome outcome) {
       return "no other loop agrees";
   }
   return "";
+}
+
+bool confirms_shared(const ScanMatch& match, const SE2& guess, const ScanGraph2DParams& params) {
+  return confirms(match, guess, kShared * static_cast<double>(match.sensed_points), params);
 }
 
 double apart_m(const SE2& motion) {
@@ -177,15 +190,6 @@ std::optional<LoopMatch> LoopFinder::verified_along_walls(const Search& search,
   return match;
 }
 
-/// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that it could.
-bool LoopFinder::confirms(const ScanMatch& match, const SE2& guess, double points) const {
-  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
-  return correction.translation().norm() <= params_.kVerifyMaxTranslation_m &&
-         std::abs(correction.angle()) <= params_.kVerifyMaxRotation_rad &&
-         match.mean_error_m <= params_.kVerifyMaxError_m &&
-         static_cast<double>(match.pairs) >= params_.kVerifyMinPairsRatio * points;
-}
-
 /// Motion (x, y, angle) of a scan per metre along an axis, where it fits all along: in a straight corridor it
 /// does not turn, in a round one by its curvature.
 Vec3 LoopFinder::free_motion(const PlanarScan& reference, const PlanarScan& scan, const SE2& T_reference_scan,
@@ -243,7 +247,8 @@ std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T
       static_cast<std::ptrdiff_t>(match.pairs), std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
         return seen.contains(T_anchor_matched * point);
       })));
-  if (!confirms(match, SE2(), observed) || observed < kMinObservedRatio * static_cast<double>(scan.size()))
+  if (!confirms(match, SE2(), observed, params_) ||
+      observed < kMinObservedRatio * static_cast<double>(scan.size()))
     return std::nullopt;
   ScanAgreement agreement;
   std::size_t nearest = submap.first;
@@ -260,7 +265,7 @@ std::optional<LoopMatch> LoopFinder::verified(const Search& search, const SE2& T
   // A single scan that determines the place is more exact than all of the submap with its drift.
   const ScanMatch direct = matcher_.match(keyframes[nearest].scan, scan, T_nearest_base);
   const SE2 moved = direct.ok() ? T_nearest_base.inverse() * *direct.T_reference_sensed : SE2();
-  if (direct.ok() && confirms(direct, T_nearest_base, kShared * static_cast<double>(direct.sensed_points)) &&
+  if (direct.ok() && confirms_shared(direct, T_nearest_base, params_) &&
       moved.translation().norm() < kSamePlace_m && std::abs(moved.angle()) < kSamePlace_rad &&
       direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
     return LoopMatch{nearest, *direct.T_reference_sensed, direct.covariance};

@@ -40,6 +40,10 @@ struct FoundLoop {
 /// How far two scans are apart: rotation by one radian reduces their overlap like a translation by 0.7 m.
 double apart_m(const SE2& motion);
 
+/// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that two single scans
+/// can be expected to share. The match must have succeeded.
+bool confirms_shared(const ScanMatch& match, const SE2& guess, const ScanGraph2DParams& params);
+
 /// Finds keyframes in earlier submaps by correlative search, and confirms them with PL-ICP.
 class LoopFinder {
  public:
@@ -60,7 +64,6 @@ class LoopFinder {
     SearchWindow window;
     CorrelativeSearchParams params;
   };
-  [[nodiscard]] bool confirms(const ScanMatch& match, const SE2& guess, double points) const;
   [[nodiscard]] std::optional<LoopMatch> verified(const Search& search, const SE2& T_anchor_base);
   [[nodiscard]] std::optional<LoopMatch> verified_along_walls(const Search& search,
                                                               const CorrelativeMatch& ambiguous);

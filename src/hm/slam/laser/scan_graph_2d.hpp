@@ -79,6 +79,10 @@ class ScanGraph2D {
   int search_again(std::span<const std::size_t> nodes, std::span<const PoseEdge2D> excluded = {},
                    const std::function<bool()>& goes_on = {});
 
+  /// The edge of a keyframe's match, with the covariance that edges have; not added to the graph.
+  [[nodiscard]] PoseEdge2D loop_edge(std::size_t node, const LoopMatch& match) const;
+
+  [[nodiscard]] const ScanGraph2DParams& params() const { return params_; }
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
   [[nodiscard]] std::span<const GraphKeyframe2D> keyframes() const { return keyframes_; }
@@ -102,7 +106,6 @@ class ScanGraph2D {
   void add_odometry_edge();
   [[nodiscard]] std::vector<Candidate> loop_candidates(std::size_t node, SearchKind kind) const;
   [[nodiscard]] bool has_loop_to(std::size_t node, const ScanSubmap& submap) const;
-  [[nodiscard]] PoseEdge2D loop_edge(std::size_t node, const LoopMatch& match) const;
   [[nodiscard]] SearchWindow window_of(std::size_t node, const ScanSubmap& submap,
                                        const PathUncertainty2D::Seen& seen) const;
   [[nodiscard]] double apartness(std::size_t node, const ScanSubmap& submap) const;

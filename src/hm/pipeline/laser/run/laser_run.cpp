@@ -213,15 +213,9 @@ Result<void> Run::process_all() {
 }
 
 void Run::close_loops() {
-  const auto show = [this](const std::string& details) {
-    if (options_.run.progress) options_.run.progress({"closing loops", 0, 0, details});
-  };
-  if (pipeline_.map_frame().source() == MapFrameSource::kLoops) show({});
-  pipeline_.finish(
-      {options_.run.stop, [&](const LoopRevision& revision) {
-         show(fmt::format("the map contradicts itself: trial {} of {} at most, {} searched again",
-                          revision.trials, kMostRevisionTrials, counted(revision.searched, "keyframe")));
-       }});
+  if (options_.run.progress && pipeline_.map_frame().source() == MapFrameSource::kLoops)
+    options_.run.progress({"closing loops", 0, 0, {}});
+  pipeline_.finish(options_.run);
 }
 
 void Run::collect() {

@@ -111,6 +111,9 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"revision_searched", "keyframes searched again at the end"}, revision.searched);
   v.or_null({"revised", "changed at the end: the map agrees better with itself"},
             revision.trials > 0 ? std::optional(revision.changes) : std::nullopt);
+  v({"registered", "matches with keyframes around, at the end"}, map.registration.registered);
+  v.or_null({"registration_moved_m", "keyframes moved by them, at most", "{:.3f} m"},
+            map.registration.registered > 0 ? std::optional(map.registration.moved_m) : std::nullopt);
   v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
 }
 
@@ -184,6 +187,7 @@ MapFrameSummary summarise_map_frame(const LaserMapFrame& frame) {
     summary.nodes = loops->graph().size();
     summary.solutions = static_cast<std::size_t>(loops->solutions());
     summary.revision = loops->revision();
+    summary.registration = loops->registration();
     summary.loops = loops->graph().statistics();
   }
   return summary;

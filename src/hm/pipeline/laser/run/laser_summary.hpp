@@ -70,6 +70,7 @@ struct MapFrameSummary {
   std::size_t nodes = 0, solutions = 0;  ///< of the graph; how often it was solved
   ScanGraphStatistics loops;
   LoopRevision revision;                   ///< of the loops, at the end
+  KeyframeRegistration registration;       ///< of the graph's keyframes, after it
   std::optional<std::size_t> wrong_loops;  ///< of those closed, where the recording has the truth
   std::optional<LocalisationSummary> localisation;
 };

@@ -1,0 +1,117 @@
+#include "hm/slam/laser/keyframe_registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/slam/laser/loop_revision.hpp"
+#include "hm/slam/laser/scan_visits.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kRounds = 2;
+constexpr std::size_t kMostNeighbours = 12;
+/// Beyond it two scans share little, from a doorway to the next room's.
+constexpr double kReach_m = 8;
+/// The keyframe before has been matched by odometry.
+constexpr std::size_t kLeastApart = 2;
+/// Keyframes between two looks at the stop token; and those of one task of a thread.
+constexpr std::size_t kBlock = 256, kGrain = 16;
+
+/// The nearest earlier keyframes of a node, by apart_m().
+std::vector<std::size_t> earlier_neighbours(const ScanGraph2D& graph, std::size_t node) {
+  const std::span<const SE2> T_map = graph.graph().T_map_node;
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t k = 0; k + kLeastApart <= node; ++k) {
+    if ((T_map[k].translation() - T_map[node].translation()).squaredNorm() > kReach_m * kReach_m) continue;
+    if (std::abs(graph.keyframe(k).height_m - graph.keyframe(node).height_m) > ScanVisits::kSameHeight_m)
+      continue;
+    near.emplace_back(apart_m(T_map[k].inverse() * T_map[node]), k);
+  }
+  const auto end = near.begin() + static_cast<std::ptrdiff_t>(std::min(near.size(), kMostNeighbours));
+  std::partial_sort(near.begin(), end, near.end());
+  std::vector<std::size_t> nodes;
+  for (auto neighbour = near.begin(); neighbour != end; ++neighbour) nodes.push_back(neighbour->second);
+  return nodes;
+}
+
+/// What matching found for one keyframe.
+struct Matched {
+  std::size_t pairs = 0;
+  std::vector<PoseEdge2D> edges;
+};
+
+/// The earlier scan is the reference: a laser that looks ahead saw from there what the later scan shows, but
+/// not the other way round (half as many matches are confirmed then).
+Matched match_neighbours(const ScanGraph2D& graph, std::size_t node, PlIcp& matcher) {
+  const std::vector<SE2>& T_map = graph.graph().T_map_node;
+  Matched result;
+  for (const std::size_t k : earlier_neighbours(graph, node)) {
+    const SE2 guess = T_map[k].inverse() * T_map[node];
+    const ScanMatch match = matcher.match(graph.keyframe(k).scan, graph.keyframe(node).scan, guess);
+    ++result.pairs;
+    if (match.ok() && confirms_shared(match, guess, graph.params()))
+      result.edges.push_back(graph.loop_edge(node, {k, *match.T_reference_sensed, match.covariance}));
+  }
+  return result;
+}
+
+/// The matches of all keyframes with their neighbours; nothing once a stop is requested.
+std::optional<Matched> match_all(const ScanGraph2D& graph, std::size_t done, const RunContext& run) {
+  const ParallelLoop loop(run.threads);
+  const std::size_t size = graph.size();
+  std::vector<Matched> of_node(size);
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    if (run.stop.stop_requested()) return std::nullopt;
+    if (run.progress) run.progress({"registering keyframes", done + first, kRounds * size, {}});
+    loop.for_ranges(std::min(kBlock, size - first), kGrain, [&](std::size_t begin, std::size_t end) {
+      PlIcp matcher(graph.params().matcher);
+      for (std::size_t i = first + begin; i < first + end; ++i)
+        of_node[i] = match_neighbours(graph, i, matcher);
+    });
+  }
+  Matched all;
+  for (const Matched& one : of_node) {
+    all.pairs += one.pairs;
+    all.edges.insert(all.edges.end(), one.edges.begin(), one.edges.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& run) {
+  KeyframeRegistration result;
+  const ScanGraphStatistics& loops = graph.statistics();
+  if (loops.accepted == loops.removed) return result;
+  const ScanGraph2D::State before = graph.state();
+  ScanGraph2D::State state = before;
+  const std::size_t contradicted = graph_agreement(graph).contradicted.size();
+  for (int round = 0; round < kRounds; ++round) {
+    const auto matched = match_all(graph, static_cast<std::size_t>(round) * graph.size(), run);
+    if (!matched) break;
+    PoseGraph2D joint = state.graph;
+    joint.edges.insert(joint.edges.end(), matched->edges.begin(), matched->edges.end());
+    if (!solve_pose_graph(joint, graph.params().solver).converged) break;
+    result.pairs = matched->pairs;
+    result.registered = matched->edges.size();
+    state.graph.T_map_node = std::move(joint.T_map_node);
+    graph.restore(state);
+  }
+  if (graph_agreement(graph).contradicted.size() > contradicted) {
+    graph.restore(before);
+    return {result.pairs, 0, 0};
+  }
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    result.moved_m =
+        std::max(result.moved_m,
+                 (state.graph.T_map_node[i].translation() - before.graph.T_map_node[i].translation()).norm());
+  return result;
+}
+
+}  // namespace hm
