@@ -19,7 +19,7 @@ constexpr std::size_t kMostNeighbours = 12;
 /// Beyond it two scans share little, from a doorway to the next room's.
 constexpr double kReach_m = 8;
 /// The keyframe before has been matched by odometry.
-constexpr std::size_t kLeastApart = 2;
+constexpr std::size_t kNeighbourApart = 2;
 /// Keyframes between two looks at the stop token; and those of one task of a thread.
 constexpr std::size_t kBlock = 256, kGrain = 16;
 
@@ -27,7 +27,7 @@ constexpr std::size_t kBlock = 256, kGrain = 16;
 std::vector<std::size_t> earlier_neighbours(const ScanGraph2D& graph, std::size_t node) {
   const std::span<const SE2> T_map = graph.graph().T_map_node;
   std::vector<std::pair<double, std::size_t>> near;
-  for (std::size_t k = 0; k + kLeastApart <= node; ++k) {
+  for (std::size_t k = 0; k + kNeighbourApart <= node; ++k) {
     if ((T_map[k].translation() - T_map[node].translation()).squaredNorm() > kReach_m * kReach_m) continue;
     if (std::abs(graph.keyframe(k).height_m - graph.keyframe(node).height_m) > ScanVisits::kSameHeight_m)
       continue;
