@@ -151,9 +151,22 @@ bool breaks(const VisitConsistency& visits, const VisitLimits& limits) {
   return quantile(std::move(ratios), 0.5) > kNearlyAll_ratio;
 }
 
+/// Comparisons in a window, an odd number.
+std::size_t window_of(const std::vector<VisitComparison>& comparisons, const VisitLimits& limits) {
+  constexpr std::size_t kLeast = 5;
+  std::vector<double> steps_m;
+  for (std::size_t i = 1; i < comparisons.size(); ++i)
+    steps_m.push_back((comparisons[i].place_m - comparisons[i - 1].place_m).norm());
+  if (limits.window_m == 0 || steps_m.empty()) return limits.window;
+  const double in_window = limits.window_m / std::max(quantile(std::move(steps_m), 0.5), 1e-3);
+  if (in_window >= static_cast<double>(limits.window)) return limits.window;
+  return std::max(kLeast, static_cast<std::size_t>(in_window) | 1U);
+}
+
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict) {
-  verdict.visits = summarise_visits(std::move(comparisons), limits.window);
+  const std::size_t window = window_of(comparisons, limits);
+  verdict.visits = summarise_visits(std::move(comparisons), window);
   verdict.doubtful_ratio = limits.doubtful_ratio;
   const VisitConsistency& visits = *verdict.visits;
   if (visits.places == 0 || visits.worst_ratio <= limits.doubtful_ratio) return;

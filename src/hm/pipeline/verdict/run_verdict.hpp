@@ -87,6 +87,9 @@ struct VisitLimits {
   double doubtful_ratio;    ///< in the worst window
   double broken_ratio;      ///< in the worst window; 1: it does not decide
   double broken_p95_ratio;  ///< in 5 % of the windows
+  /// Length of path that a window spans at most, if it has five comparisons then: what is wrong for a few
+  /// metres must not vanish among places far from it. 0: as many comparisons however far apart.
+  double window_m = 0;
 };
 /// Adds what the comparisons say. Less than nine of them call a result broken only where they are five or
 /// more and their median is over 0.6; less than five never. `what`: "scans".

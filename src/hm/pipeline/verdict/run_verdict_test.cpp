@@ -84,6 +84,23 @@ TEST(RunVerdict, SinglePlacesAmongGoodOnesAreOutliers) {
   EXPECT_EQ(judged(all).value, MapVerdict::kOk);
 }
 
+/// Three scans that are two metres apart: a few metres of a wrong path, in a window of nine an outlier.
+TEST(RunVerdict, WhereScansAreFarApartAWindowHasFewer) {
+  auto all = comparisons(200, 0.05);
+  for (std::size_t i = 100; i < 103; ++i) all[i].contradicted_ratio = 0.7;
+  const auto verdict_of = [&](double step_m, double window_m) {
+    for (std::size_t i = 0; i < all.size(); ++i) all[i].place_m = {step_m * static_cast<double>(i), 0};
+    RunVerdict verdict;
+    VisitLimits limits = kLimits;
+    limits.window_m = window_m;
+    judge_visits(all, limits, "scans", verdict);
+    return verdict.value;
+  };
+  EXPECT_EQ(verdict_of(2, 4.5), MapVerdict::kBroken);
+  EXPECT_EQ(verdict_of(2, 0), MapVerdict::kOk);
+  EXPECT_EQ(verdict_of(0.5, 4.5), MapVerdict::kOk) << "a metre and a half: people, a door";
+}
+
 TEST(RunVerdict, ModerateContradictionsAreDoubtfulAndBrokenWhenWidespread) {
   auto all = comparisons(400, 0.05);
   for (std::size_t i = 200; i < 212; ++i) all[i].contradicted_ratio = 0.45;

@@ -27,6 +27,10 @@ constexpr double kContradictedAsItIs = 0.5, kMostAcross_m = 1.2;
 constexpr double kMinRepeatedWindow_m = 1.5;
 /// After a loop with a larger correction the graph is optimised before the next search.
 constexpr double kLargeCorrection_m = 0.3, kLargeTurn_rad = 0.04;
+/// After loops that correct less, and of which one holds the place, so many keyframes are not searched for
+/// loops: the graph is right there, and odometry does not drift far in a metre and a half.
+constexpr double kSmallCorrection_m = 0.2, kSmallTurn_rad = 0.02;
+constexpr std::size_t kNotSearched = 3;
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -54,6 +58,10 @@ bool ScanGraphStep::corrects_much() const {
   return largest_correction_m > kLargeCorrection_m || largest_turn_rad > kLargeTurn_rad;
 }
 
+bool ScanGraphStep::confirms_graph() const {
+  return holds_place && largest_correction_m < kSmallCorrection_m && largest_turn_rad < kSmallTurn_rad;
+}
+
 ScanGraph2D::ScanGraph2D(const ScanGraph2DParams& params) : params_(params), finder_(params) {}
 
 ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
@@ -71,9 +79,15 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   ++submaps_.back().end;
   add_odometry_edge();
   forget_waiting_before(step.node);
-  if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
-  for (const Candidate& candidate : loop_candidates(step.node, SearchKind::kFirst))
+  if (step.node < search_from_ ||
+      keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints))
+    return step;
+  for (const Candidate& candidate : loop_candidates(step.node, SearchKind::kFirst)) {
     step.attempts.push_back(try_loop(step.node, candidate, step));
+    if (!step.confirms_graph() || !waiting_.empty()) continue;
+    search_from_ = step.node + 1 + kNotSearched;
+    break;
+  }
   return step;
 }
 
@@ -188,7 +202,10 @@ LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
   const auto add = [&](const PoseEdge2D& loop) {
     const Vec3 correction = correction_of(loop);
     graph_.edges.push_back(loop);
-    if (determines_place(loop)) paths_.add_edge(loop);
+    if (determines_place(loop)) {
+      paths_.add_edge(loop);
+      step.holds_place = true;
+    }
     ++step.loops_accepted;
     step.largest_correction_m = std::max(step.largest_correction_m, correction.head<2>().norm());
     step.largest_turn_rad = std::max(step.largest_turn_rad, std::abs(correction[2]));

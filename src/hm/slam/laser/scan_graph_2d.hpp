@@ -28,9 +28,12 @@ struct ScanGraphStep {
   int loops_accepted = 0;
   double largest_correction_m = 0;  ///< of the accepted loops, relative to the pose in the graph
   double largest_turn_rad = 0;      ///< the same of the heading
+  bool holds_place = false;         ///< an accepted loop determines the place in all directions
   /// Whether the graph should be optimised before the next search: that is around the graph's estimate, in a
   /// window as narrow as these loops have made its uncertainty.
   [[nodiscard]] bool corrects_much() const;
+  /// Whether loops found the keyframe where the graph has it: the next few need not be searched.
+  [[nodiscard]] bool confirms_graph() const;
 };
 
 /// Numbers of loop searches by outcome; `candidates` is the sum of the six after it.
@@ -47,9 +50,9 @@ struct ScanGraphStatistics {
 /// are never changed.
 ///
 /// add_keyframe() costs at most three bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
-/// all keyframe positions; optimise(), a sparse optimisation, is called by the user: after a step that
-/// corrects much before the next keyframe, whose search is around the graph's poses (LaserLoopCloser does
-/// so). Deterministic; not thread safe.
+/// all keyframe positions; where loops confirm the graph, only every fourth keyframe is searched; optimise(),
+/// a sparse optimisation, is called by the user: after a step that corrects much before the next keyframe,
+/// whose search is around the graph's poses (LaserLoopCloser does so). Deterministic; not thread safe.
 class ScanGraph2D {
  public:
   explicit ScanGraph2D(const ScanGraph2DParams& params = {});
@@ -126,6 +129,7 @@ class ScanGraph2D {
   PoseGraph2D graph_;
   PathUncertainty2D paths_;
   std::vector<PoseEdge2D> waiting_;  // loops of the newest keyframes with which no other agrees yet
+  std::size_t search_from_ = 0;      // keyframes before this one are not searched for loops
   LoopFinder finder_;
   ScanGraphStatistics statistics_;
 };

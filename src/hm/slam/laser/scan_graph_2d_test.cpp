@@ -63,6 +63,27 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
   }
 }
 
+/// Odometry without drift: every search finds the keyframe where the graph has it.
+TEST(ScanGraph2D, WhereLoopsConfirmTheGraphMostKeyframesAreNotSearched) {
+  const TestDrive run = drive(office_world(), two_rounds(), kDriveLaser, 0);
+  ScanGraph2D graph;
+  std::size_t searched = 0, second_round = 0;
+  for (const GraphKeyframe2D& keyframe : run.keyframes) {
+    const ScanGraphStep step = graph.add_keyframe(keyframe);
+    if (step.corrects_much()) graph.optimise();
+    if (step.node < 90) continue;
+    ++second_round;
+    if (!step.attempts.empty()) ++searched;
+    if (step.confirms_graph()) {
+      EXPECT_TRUE(step.holds_place);
+      EXPECT_EQ(step.attempts.size(), 1U) << "the second submap is not searched";
+    }
+  }
+  EXPECT_GT(second_round, 30U);
+  EXPECT_GE(searched, second_round / 4);
+  EXPECT_LT(searched, second_round / 2);
+}
+
 /// Odometry shifts along the corridor in which the round ends: its walls fit all the same, so that the first
 /// loop, which corrects by 0.8 m, waits for a second one, and both come together.
 TEST(ScanGraph2D, ALargeCorrectionNeedsTwoLoopsThatAgree) {
