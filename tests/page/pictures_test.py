@@ -36,6 +36,12 @@ def difference(first, second):
     return max(sum(apart) / len(apart) / MOST_MEAN, sum(cell > LEVELS for cell in cells) / len(cells) / MOST_CELLS)
 
 
+def pixels_apart(first, second):
+    """What differs clearly, as (left, top, right, bottom)."""
+    clear = ImageChops.difference(first, second).convert("L").point(lambda level: 255 * (level > LEVELS / 4))
+    return tuple(CELL * edge for edge in clear.getbbox() or ())
+
+
 def cells_of(png):
     return Image.open(io.BytesIO(png)).convert("RGB").reduce(CELL)
 
@@ -82,12 +88,14 @@ class Pictures(page.PageTest):
             if os.environ.get("HM_NEW_PICTURES"):
                 FOLDER.mkdir(exist_ok=True)
                 now.save(path, optimize=True)
-            self.js(f"{VIEW}.canvas.removeAttribute('style'); {VIEW}.resize(); {VIEW}.fit()")
-            expected = Image.open(path).convert("RGB")
+            expected, end = Image.open(path).convert("RGB"), time.monotonic() + 15
             self.assertEqual(now.size, expected.size, name + part)
-            apart = difference(now, expected)
+            # On a busy machine a picture can rest before the last message of the server has come.
+            while (apart := difference(now, expected)) >= 1 and time.monotonic() < end:
+                now = self.at_rest(picture)
+            self.js(f"{VIEW}.canvas.removeAttribute('style'); {VIEW}.resize(); {VIEW}.fit()")
             print(f"{name}{part}: {apart:.2f} of what is allowed", flush=True)
-            self.assertLess(apart, 1, name + part)
+            self.assertLess(apart, 1, f"{name}{part}: other in the pixels {pixels_apart(now, expected)}")
 
     def test_on_a_desk(self):
         self.open()
