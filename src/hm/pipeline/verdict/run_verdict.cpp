@@ -138,6 +138,8 @@ void visit(const StepConsistency& steps, SummaryTree& v) {
   v({"color_rad", "worst neighbours, colour moved by", "{:.3f} rad"}, steps.color_rad);
 }
 
+namespace {
+
 /// Whether so much is contradicted, at so many places, that the result is not to be used as a whole.
 bool breaks(const VisitConsistency& visits, const VisitLimits& limits) {
   constexpr std::size_t kEnough = 9, kFew = 5;
@@ -162,6 +164,8 @@ std::size_t window_of(const std::vector<VisitComparison>& comparisons, const Vis
   if (in_window >= static_cast<double>(limits.window)) return limits.window;
   return std::max(kLeast, static_cast<std::size_t>(in_window) | 1U);
 }
+
+}  // namespace
 
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict) {

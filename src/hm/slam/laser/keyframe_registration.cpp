@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,7 +24,7 @@ constexpr std::size_t kBlock = 256, kGrain = 16;
 
 /// The nearest earlier keyframes of a node, by apart_m().
 std::vector<std::size_t> earlier_neighbours(const ScanGraph2D& graph, std::size_t node) {
-  const std::span<const SE2> T_map = graph.graph().T_map_node;
+  const std::vector<SE2>& T_map = graph.graph().T_map_node;
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t k = 0; k + kNeighbourApart <= node; ++k) {
     if ((T_map[k].translation() - T_map[node].translation()).squaredNorm() > kReach_m * kReach_m) continue;
@@ -91,7 +90,7 @@ KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& ru
   if (loops.accepted == loops.removed) return result;
   const ScanGraph2D::State before = graph.state();
   ScanGraph2D::State state = before;
-  const std::size_t contradicted = graph_agreement(graph).contradicted.size();
+  const auto contradicted = [&] { return graph_agreement(graph).contradicted.size(); };
   for (int round = 0; round < kRounds; ++round) {
     const auto matched = match_all(graph, static_cast<std::size_t>(round) * graph.size(), run);
     if (!matched) break;
@@ -103,9 +102,10 @@ KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& ru
     state.graph.T_map_node = std::move(joint.T_map_node);
     graph.restore(state);
   }
-  if (graph_agreement(graph).contradicted.size() > contradicted) {
+  if (const std::size_t now = contradicted(); now > 0) {
     graph.restore(before);
-    return {result.pairs, 0, 0};
+    if (now > contradicted()) return {result.pairs, 0, 0};
+    graph.restore(state);
   }
   for (std::size_t i = 0; i < graph.size(); ++i)
     result.moved_m =

@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stop_token>
 #include <vector>
 
-#include "hm/slam/laser/loop_revision.hpp"
 #include "hm/slam/laser/testing/drifting_drive.hpp"
 
 namespace hm {
@@ -18,11 +16,6 @@ using namespace laser_testing;
 /// The second round through an office's corridor, its loops closed.
 class KeyframeRegistrationTest : public testing::Test {
  protected:
-  KeyframeRegistrationTest() : run_(drive(office_world(), two_rounds(), kDriveLaser)) {
-    for (const GraphKeyframe2D& keyframe : run_.keyframes)
-      if (graph_.add_keyframe(keyframe).corrects_much()) graph_.optimise();
-    graph_.optimise();
-  }
   /// Root mean square distance from the true positions, both in the frame of the first keyframe.
   [[nodiscard]] double error_m() const {
     const std::vector<SE2>& T_map = graph_.graph().T_map_node;
@@ -34,8 +27,8 @@ class KeyframeRegistrationTest : public testing::Test {
     return std::sqrt(sum / static_cast<double>(T_map.size()));
   }
 
-  TestDrive run_;
-  ScanGraph2D graph_;
+  TestDrive run_ = drive(office_world(), two_rounds(), kDriveLaser);
+  ScanGraph2D graph_ = closed_graph(run_);
 };
 
 TEST_F(KeyframeRegistrationTest, BringsKeyframesCloserToTheTruth) {
@@ -56,7 +49,7 @@ TEST_F(KeyframeRegistrationTest, LeavesEdgesAndStatisticsAsTheyAre) {
   EXPECT_EQ(graph_.graph().T_map_node[0].vector(), before.graph.T_map_node[0].vector());
 }
 
-TEST_F(KeyframeRegistrationTest, DependsNeitherOnThreadsNorOnTheirNumber) {
+TEST_F(KeyframeRegistrationTest, DoesNotDependOnTheNumberOfThreads) {
   const ScanGraph2D::State before = graph_.state();
   register_keyframes(graph_);
   const std::vector<SE2> once = graph_.graph().T_map_node;
@@ -80,13 +73,10 @@ TEST_F(KeyframeRegistrationTest, ChangesNothingWithoutLoops) {
 
 /// A floor above shows other walls at the same place.
 TEST_F(KeyframeRegistrationTest, MatchesNoKeyframesOfOtherHeights) {
-  ScanGraph2D floors;
-  for (std::size_t i = 0; i < run_.keyframes.size(); ++i) {
-    GraphKeyframe2D keyframe = run_.keyframes[i];
-    keyframe.height_m = i < run_.keyframes.size() / 2 ? 0 : 3;
-    if (floors.add_keyframe(keyframe).corrects_much()) floors.optimise();
-  }
-  floors.optimise();
+  TestDrive two_floors = run_;
+  for (std::size_t i = run_.keyframes.size() / 2; i < run_.keyframes.size(); ++i)
+    two_floors.keyframes[i].height_m = 3;
+  ScanGraph2D floors = closed_graph(two_floors);
   const std::size_t pairs = register_keyframes(floors).pairs;
   EXPECT_GT(pairs, 0U);
   EXPECT_LT(pairs, register_keyframes(graph_).pairs);

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm {
 
 std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const OdometryStep& step,
@@ -28,8 +30,8 @@ PoseGraphSolution LaserLoopCloser::finish(const RunContext& run) {
     if (run.progress)
       run.progress(
           {"closing loops", 0, 0,
-           fmt::format("the map contradicts itself: trial {} of {} at most, {} keyframes searched again",
-                       revision.trials, kMostRevisionTrials, revision.searched)});
+           fmt::format("the map contradicts itself: trial {} of {} at most, {} searched again",
+                       revision.trials, kMostRevisionTrials, counted(revision.searched, "keyframe"))});
   };
   PoseGraphSolution solution = solve(true);
   revision_ = revise_loops(graph_, {run.stop, show});

@@ -17,7 +17,8 @@ std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Tra
 /// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md). A
 /// single place does not break a long run: a wall that is 0.3 m off contradicts as much as one that is 10 m
 /// off.
-inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 1, 0.4, 4.5};
+inline constexpr VisitLimits kLaserVisitLimits{
+    .window = 9, .doubtful_ratio = 0.25, .broken_ratio = 1, .broken_p95_ratio = 0.4, .window_m = 4.5};
 
 /// Judges the result without truth: contradictions between visits of a place, scans without a pose, matching
 /// that was lost, a doubtful place in a saved map, motion whose length was guessed, turns that differ from

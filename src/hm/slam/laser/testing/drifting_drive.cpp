@@ -21,6 +21,14 @@ TestDrive drive(const PlanarWorld& world, const std::vector<SE2>& path, const Te
   return result;
 }
 
+ScanGraph2D closed_graph(const TestDrive& run) {
+  ScanGraph2D graph;
+  for (const GraphKeyframe2D& keyframe : run.keyframes)
+    if (graph.add_keyframe(keyframe).corrects_much()) graph.optimise();
+  graph.optimise();
+  return graph;
+}
+
 std::vector<SE2> two_rounds() {
   std::vector<SE2> path;
   for (double at_m = 0; at_m < 1.6 * kOfficeLoop_m; at_m += 0.5) path.push_back(office_loop(at_m));
