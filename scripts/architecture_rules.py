@@ -35,7 +35,7 @@ FENCES = {
     "Eigen": "*", "fmt": "*", "tl": "*",
     "tbb": ["core"],
     "toml++": ["core", "io"],
-    "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "zstd_errors.h": ["io"], "png.h": ["io"], "turbojpeg.h": ["io"],
+    "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "zstd_errors.h": ["io"], "png.h": ["io"], "libdeflate.h": ["io"], "turbojpeg.h": ["io"],
     "octomap": ["io"], "zlib.h": ["io"], "bzlib.h": ["io"],
     "lz4frame.h": ["io"], "assimp": ["io"],
     "opencv2": ["odometry", "calibration"],

@@ -20,7 +20,7 @@
 #include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/camera/foreign_camera.hpp"
-#include "hm/io/image/image_file.hpp"
+#include "hm/io/image/image_codec.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/lists/pose_list.hpp"
@@ -252,9 +252,23 @@ bool read_json_text(Bytes bytes) {
   return accepted(value);
 }
 
-bool read_depth(Bytes bytes) { return accepted(read_depth_image(as_file("depth.png", bytes))); }
+bool read_depth(Bytes bytes) {
+  if (const auto plain = detail::decode_plain_png_gray16(bytes)) {
+    const auto reference = detail::decode_png_gray16(bytes, "depth.png");
+    HM_CHECK(reference && std::ranges::equal(reference->pixels(), plain->pixels()),
+             "libpng reads another image");
+  }
+  return accepted(read_depth_image(as_file("depth.png", bytes)));
+}
 
-bool read_color(Bytes bytes) { return accepted(decode_color_image(bytes, "color.png")); }
+bool read_color(Bytes bytes) {
+  if (const auto plain = detail::decode_plain_png_color(bytes)) {
+    const auto reference = detail::decode_png_color(bytes, "color.png");
+    HM_CHECK(reference && std::ranges::equal(reference->pixels(), plain->pixels()),
+             "libpng reads another image");
+  }
+  return accepted(decode_color_image(bytes, "color.png"));
+}
 
 /// A stream of bytes from a serial line, of either protocol: every accepted frame can be written and is then
 /// accepted again.

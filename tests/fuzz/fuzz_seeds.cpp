@@ -59,8 +59,10 @@ void add_images(Collection& seeds) {
   Image<std::uint16_t> depth(9, 7, 1000);
   depth(4, 4) = 65535;
   seeds.add("color_image", encode_png(color));
+  seeds.add("color_image", encode_png(color, PngEffort::kFast));
   seeds.add("color_image", encode_jpeg(color));
   seeds.add("depth_image", encode_png(depth));
+  seeds.add("depth_image", encode_png(depth, PngEffort::kFast));
   seeds.text("depth_image", "P5\n# raw\n3 2 65535\nabcdefghijkl");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/image/image_codec.hpp"
@@ -34,14 +35,20 @@ tl::unexpected<Error> no_image(ImageFormat format, const std::string& where) {
 
 Result<Image<Rgb8>> decode_color_image(std::span<const std::uint8_t> bytes, const std::string& where) {
   const ImageFormat format = format_of(bytes);
-  if (format == ImageFormat::kPng) return detail::decode_png_color(bytes, where);
+  if (format == ImageFormat::kPng) {
+    if (auto plain = detail::decode_plain_png_color(bytes)) return std::move(*plain);
+    return detail::decode_png_color(bytes, where);
+  }
   if (format == ImageFormat::kJpeg) return detail::decode_jpeg(bytes, where);
   return no_image(format, where);
 }
 
 Result<Image<std::uint16_t>> decode_depth_png(std::span<const std::uint8_t> bytes, const std::string& where) {
   const ImageFormat format = format_of(bytes);
-  if (format == ImageFormat::kPng) return detail::decode_png_gray16(bytes, where);
+  if (format == ImageFormat::kPng) {
+    if (auto plain = detail::decode_plain_png_gray16(bytes)) return std::move(*plain);
+    return detail::decode_png_gray16(bytes, where);
+  }
   if (format == ImageFormat::kJpeg)
     return fail(ErrorCode::kUnsupported, where, "a depth image must be a 16-bit gray PNG; this is a JPEG");
   return no_image(format, where);

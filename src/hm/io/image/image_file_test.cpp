@@ -1,37 +1,17 @@
 #include "hm/io/image/image_file.hpp"
 
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/image/png_test_support.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 
 namespace hm {
 namespace {
-
-Image<Rgb8> random_colors(int width, int height, std::uint64_t seed) {
-  Rng rng(seed);
-  Image<Rgb8> image(width, height);
-  for (Rgb8& p : image.pixels())
-    p = {static_cast<std::uint8_t>(rng.below(256)), static_cast<std::uint8_t>(rng.below(256)),
-         static_cast<std::uint8_t>(rng.below(256))};
-  return image;
-}
-
-Image<std::uint16_t> random_depth(int width, int height, std::uint64_t seed) {
-  Rng rng(seed);
-  Image<std::uint16_t> image(width, height);
-  for (std::uint16_t& p : image.pixels()) p = static_cast<std::uint16_t>(rng.below(65536));
-  return image;
-}
-
-bool same_pixels(const auto& a, const auto& b) {
-  return a.width() == b.width() && a.height() == b.height() && std::ranges::equal(a.pixels(), b.pixels());
-}
 
 /// An image that JPEG can hold well: smooth gradients.
 Image<Rgb8> smooth_colors(int width, int height) {
@@ -41,32 +21,6 @@ Image<Rgb8> smooth_colors(int width, int height) {
       image(x, y) = {static_cast<std::uint8_t>(255 * x / width), static_cast<std::uint8_t>(255 * y / height),
                      static_cast<std::uint8_t>(128 + 60 * std::sin(0.1 * (x + y)))};
   return image;
-}
-
-/// A PNG of any kind by libpng's own writer; `rows` as that kind stores them.
-std::vector<std::uint8_t> png_of_kind(int width, int bit_depth, int color_type, int interlace,
-                                      std::vector<std::vector<std::uint8_t>> rows) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(png);
-  std::vector<std::uint8_t> bytes;
-  png_set_write_fn(
-      png, &bytes,
-      [](png_structp p, png_bytep data, std::size_t n) {
-        auto* out = static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(p));
-        out->insert(out->end(), data, data + n);
-      },
-      nullptr);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(rows.size()), bit_depth,
-               color_type, interlace, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_color palette[4] = {{10, 20, 30}, {40, 50, 60}, {70, 80, 90}, {255, 0, 1}};
-  if (color_type == PNG_COLOR_TYPE_PALETTE) png_set_PLTE(png, info, palette, 4);
-  png_write_info(png, info);
-  std::vector<png_bytep> pointers;
-  for (auto& row : rows) pointers.push_back(row.data());
-  png_write_image(png, pointers.data());
-  png_write_end(png, info);
-  png_destroy_write_struct(&png, &info);
-  return bytes;
 }
 
 TEST(PngFile, ColorRoundTripIsExact) {

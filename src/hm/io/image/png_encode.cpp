@@ -7,7 +7,7 @@
 #include <new>
 
 #include "hm/core/check.hpp"
-#include "hm/io/image/image_file.hpp"
+#include "hm/io/image/image_codec.hpp"
 
 namespace hm {
 namespace {
@@ -63,8 +63,6 @@ bool PngWriter::write(const PngSource& source, PngEffort effort) {
   png_set_write_fn(png_, this, on_write, nullptr);
   png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_set_compression_level(png_, static_cast<int>(effort));
-  if (effort == PngEffort::kStored) png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
-  if (effort == PngEffort::kFast) png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(png_, info_, static_cast<png_uint_32>(source.width), static_cast<png_uint_32>(source.height),
                source.bit_depth, source.color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
@@ -87,6 +85,7 @@ std::vector<std::uint8_t> encode(const PngSource& source, PngEffort effort) {
 
 std::vector<std::uint8_t> encode_png(const Image<Rgb8>& image, PngEffort effort) {
   HM_CHECK(!image.empty());
+  if (effort <= PngEffort::kFast) return detail::encode_plain_png(image, effort);
   return encode({reinterpret_cast<const std::uint8_t*>(image.data()), image.row(0).size_bytes(),
                  image.width(), image.height(), 8, PNG_COLOR_TYPE_RGB},
                 effort);
@@ -94,6 +93,7 @@ std::vector<std::uint8_t> encode_png(const Image<Rgb8>& image, PngEffort effort)
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint16_t>& image, PngEffort effort) {
   HM_CHECK(!image.empty());
+  if (effort <= PngEffort::kFast) return detail::encode_plain_png(image, effort);
   return encode({reinterpret_cast<const std::uint8_t*>(image.data()), image.row(0).size_bytes(),
                  image.width(), image.height(), 16, PNG_COLOR_TYPE_GRAY},
                 effort);
