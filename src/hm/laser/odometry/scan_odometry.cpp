@@ -50,6 +50,10 @@ constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastAlong_m = 0.02, kMostAlong_
 constexpr double kMostObserved_m = 0.1;
 /// Few pairs may shift a match so far along walls, and the last scans must undo half of a larger shift.
 constexpr double kWeakShift_m = 0.02, kMostOfWeakShift = 0.5;
+/// A pose counts as held after this way, though few pairs hold it.
+constexpr double kMostHeld_m = 0.5;
+/// Motions that teach the calibration of the wheels: in shorter ones the errors of matches count for more.
+constexpr double kLearnedWay_m = 0.3, kLearnedTurn_rad = 0.3;
 /// Share of its points that a match must pair for wheels to confirm it.
 constexpr double kSurePairsRatio = 0.15;
 
@@ -61,10 +65,9 @@ ScanOdometry::ScanOdometry(const ScanOdometryParams& params)
 void ScanOdometry::start(const SE2& T_odom_base) {
   last_stamp_.reset();
   T_odom_base_ = T_odom_keyframe_ = T_odom_base;
-  forget_motion();
   keyframe_covariance_.setZero();
-  last_match_.setZero();
   since_keyframe_.setZero();
+  begin_motion();
   keyframes_ = 0;
   failures_ = 0;
   velocity_.reset(T_odom_base_);
@@ -110,32 +113,21 @@ double ScanOdometry::motion_time(double dt_s) {
   return time_s;
 }
 
-/// Adds the motion since the last scan, in that scan's body frame: composed on the right.
 void ScanOdometry::predict(double motion_s, const MotionPrediction& prediction) {
   const SE2 motion = predicted_motion(motion_s, prediction);
-  if (prediction.T_last_now && T_base_wheels_) {
-    wheel_covariance_ = compose_covariance(T_base_predicted_, wheel_covariance_, motion,
-                                           wheels_.covariance(*prediction.T_last_now));
-    T_base_wheels_ = *T_base_wheels_ * *prediction.T_last_now;
-  } else {
-    T_base_wheels_.reset();
-  }
-  T_base_predicted_ = T_base_predicted_ * motion;
+  for (MotionSince* since : {&matched_, &held_, &learned_}) since->add(motion, prediction.T_last_now);
   unmatched_s_ += motion_s;
 }
 
-/// A new pose: no motion is predicted since.
-void ScanOdometry::forget_motion() {
-  T_base_predicted_ = {};
-  T_base_wheels_ = SE2();
-  wheel_covariance_.setZero();
-}
+/// A pose from which all motion is to be measured anew.
+void ScanOdometry::begin_motion() { matched_ = held_ = learned_ = {T_odom_base_, since_keyframe_}; }
 
+/// By the wheels since the last pose that was held: from one scan to the next, few wrong pairs may shift a
+/// pose less than wheels err, again and again, until it stands.
 PredictedPose ScanOdometry::predicted() const {
-  PredictedPose pose{T_odom_base_ * T_base_predicted_};
-  if (T_base_wheels_)
-    pose.covariance = compose_covariance(T_odom_base_, since_keyframe_, T_base_predicted_, wheel_covariance_);
-  return pose;
+  if (!held_.wheels) return {matched_.pose()};
+  return {held_.pose(), compose_covariance(held_.T_odom_base, held_.covariance, held_.predicted,
+                                           wheels_.covariance(*held_.wheels))};
 }
 
 /// A pose's deviation from the prediction by wheels, squared and in deviations of both: of its place, and of
@@ -176,11 +168,18 @@ void ScanOdometry::judge_wheels(const SE2& T_odom_base, OdometryStep& step) {
     step.wheel_covariance.reset();
 }
 
-void ScanOdometry::learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before) {
-  if (!T_base_wheels_ || !step.confirmed || !params_.matcher.compute_covariance) return;
+/// Learns from motions that are long enough to tell something, over several scans where these are close.
+void ScanOdometry::learn_wheels(const OdometryStep& step) {
   const Mat3 match = turned_covariance(T_odom_keyframe_.rotation(), step.match.covariance);
-  wheels_.learn(*T_base_wheels_, T_odom_base_before.inverse() * *step.T_odom_base,
-                turned_covariance(T_odom_base_before.rotation().transpose(), last_match_ + match));
+  if (step.confirmed && learned_.wheels && params_.matcher.compute_covariance) {
+    if (learned_.wheels->translation().norm() < kLearnedWay_m &&
+        std::abs(learned_.wheels->angle()) < kLearnedTurn_rad)
+      return;
+    wheels_.learn(
+        *learned_.wheels, learned_.T_odom_base.inverse() * *step.T_odom_base,
+        turned_covariance(learned_.T_odom_base.rotation().transpose(), learned_.covariance + match));
+  }
+  learned_ = {*step.T_odom_base, match};
 }
 
 OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPrediction& prediction) {
@@ -191,15 +190,16 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   const double dt_s = (scan.stamp - *last_stamp_).seconds();
   if (!(dt_s > 0)) {
     step.status = OdometryStatus::kTimeBackwards;
-    step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
+    step.T_odom_base_predicted = matched_.pose();
     return step;
   }
   last_stamp_ = scan.stamp;
   step.after_gap = dt_s > params_.kMaxGap_s;
   const double motion_s = motion_time(dt_s);
   predict(motion_s, prediction);
-  step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
-  if (T_base_wheels_) step.wheel_covariance = turned_covariance(T_odom_base_.rotation(), wheel_covariance_);
+  step.T_odom_base_predicted = matched_.pose();
+  if (matched_.wheels)
+    step.wheel_covariance = turned_covariance(T_odom_base_.rotation(), wheels_.covariance(*matched_.wheels));
   const Vec3 before = velocity_.velocity();
   match(scan, prediction, step);
   // A vehicle goes on as it went before it turned or waited, where the search finds out when it did not.
@@ -373,8 +373,8 @@ void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPredic
                                       OdometryStep& step) {
   step.confirmed = !prediction.confirms;
   if (prediction.confirms && prediction.T_last_now) {
-    const double sigma_m = kUnsureShift_m + kUnsureRatio * T_base_predicted_.translation().norm();
-    const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(T_base_predicted_.angle());
+    const double sigma_m = kUnsureShift_m + kUnsureRatio * matched_.predicted.translation().norm();
+    const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(matched_.predicted.angle());
     const Vec3 variances(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad);
     step.wheel_covariance.reset();  // perhaps they slipped
     return adopt(scan, {step.T_odom_base_predicted, variances.asDiagonal()}, step);
@@ -401,7 +401,7 @@ bool ScanOdometry::fits(const ScanMatch& match) const {
 /// Sets the pose of this scan: updates the velocity and resets the failure count.
 void ScanOdometry::conclude(const SE2& T_odom_base) {
   T_odom_base_ = T_odom_base;
-  forget_motion();
+  matched_ = {T_odom_base_, since_keyframe_};
   if (unmatched_s_ > params_.kMaxGap_s)
     velocity_.reset(T_odom_base_);
   else
@@ -421,6 +421,7 @@ void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, Odometr
                                        step.match.covariance);
   matcher_.set_reference(scan);
   begin_keyframe(step);
+  begin_motion();
 }
 
 void ScanOdometry::track(OdometryStep& step) {
@@ -429,13 +430,14 @@ void ScanOdometry::track(OdometryStep& step) {
   step.T_odom_base = T_odom_keyframe_ * T_keyframe_base;
   step.T_keyframe_base = T_keyframe_base;
   judge_wheels(*step.T_odom_base, step);
-  learn_wheels(step, T_odom_base_);
-  last_match_ = turned_covariance(T_odom_keyframe_.rotation(), step.match.covariance);
+  learn_wheels(step);
+  since_keyframe_ = turned_covariance(T_odom_keyframe_.rotation(), step.match.covariance);
   const auto by_wheels = predicted().covariance;
-  since_keyframe_ = last_match_;
   if (step.wheel_covariance && by_wheels && params_.matcher.compute_covariance)
-    since_keyframe_ = (last_match_.inverse() + by_wheels->inverse()).inverse();
+    since_keyframe_ = (since_keyframe_.inverse() + by_wheels->inverse()).inverse();
   conclude(*step.T_odom_base);
+  if (step.match.weak.count == 0 || !held_.wheels || held_.predicted.translation().norm() > kMostHeld_m)
+    held_ = matched_;
   step.covariance =
       compose_covariance(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
   if (along_observed_) observed_speed_m_s_ = velocity_.velocity().head<2>().norm();
@@ -450,8 +452,9 @@ void ScanOdometry::track(OdometryStep& step) {
 void ScanOdometry::begin_keyframe(OdometryStep& step) {
   T_odom_keyframe_ = T_odom_base_;
   keyframe_covariance_ = step.covariance;
-  last_match_.setZero();
   since_keyframe_.setZero();
+  matched_ = held_ = {T_odom_base_, since_keyframe_};
+  learned_.covariance.setZero();
   along_variance_m2_ = 0;
   ++keyframes_;
   step.new_keyframe = true;
@@ -474,7 +477,6 @@ void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs))
     return;
   T_odom_base_ = step.T_odom_base_predicted;
-  forget_motion();
   matcher_.set_reference(scan);
   velocity_.reset(T_odom_base_);
   unmatched_s_ = 0;
@@ -485,6 +487,7 @@ void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   step.covariance = keyframe_covariance_;
   step.covariance.diagonal().array() += kFreeDirectionVariance_m2;
   begin_keyframe(step);
+  begin_motion();
 }
 
 }  // namespace hm

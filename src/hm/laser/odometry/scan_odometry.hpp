@@ -6,6 +6,7 @@
 
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/laser/odometry/body_velocity.hpp"
+#include "hm/laser/odometry/motion_since.hpp"
 #include "hm/laser/odometry/wheel_calibration.hpp"
 
 namespace hm {
@@ -176,7 +177,7 @@ class ScanOdometry {
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
   double motion_time(double dt_s);
   void predict(double motion_s, const MotionPrediction& prediction);
-  void forget_motion();
+  void begin_motion();
   [[nodiscard]] PredictedPose predicted() const;
   [[nodiscard]] ScanMatch match_once(const PlanarScan& scan, const PredictedPose& pose,
                                      double least_share = 0);
@@ -188,7 +189,7 @@ class ScanOdometry {
   void judge_wheels(const SE2& T_odom_base, OdometryStep& step);
   [[nodiscard]] bool confirmed_by_wheels(const ScanMatch& match) const;
   [[nodiscard]] bool agrees_with_wheels(const ScanMatch& match) const;
-  void learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before);
+  void learn_wheels(const OdometryStep& step);
   void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   void accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   [[nodiscard]] bool fits(const ScanMatch& match) const;
@@ -215,14 +216,13 @@ class ScanOdometry {
   BodyVelocity velocity_;
   std::optional<Time> last_stamp_;
   SE2 T_odom_base_, T_odom_keyframe_;
-  SE2 T_base_predicted_;  // motion predicted since T_odom_base_ was matched, over failed scans
   Mat3 keyframe_covariance_ = Mat3::Zero();
   WheelCalibration wheels_;
-  // The same motion as wheels measured it, and its covariance along the axes of the base at T_odom_base_.
-  std::optional<SE2> T_base_wheels_ = SE2();
-  Mat3 wheel_covariance_ = Mat3::Zero();
-  // Of T_odom_base_ relative to the keyframe, along the axes of `odom`: with the wheels, and of its match.
-  Mat3 since_keyframe_ = Mat3::Zero(), last_match_ = Mat3::Zero();
+  // Motion since T_odom_base_, over failed scans; since the last pose that more than few pairs held, or not
+  // so far back; and since the last one that the wheels' calibration has learned.
+  MotionSince matched_, held_, learned_;
+  // Of T_odom_base_ relative to the keyframe, along the axes of `odom`, with the wheels.
+  Mat3 since_keyframe_ = Mat3::Zero();
   double unmatched_s_ = 0;  // since T_odom_base_ was matched
   double spacing_s_ = 0;    // between scans, running mean
   // Of the motion along walls: its variance since the keyframe where it is free, whether it was observed, and

@@ -129,4 +129,18 @@ SE2 rounded_rectangle(const SE2& start, const Vec2& straight_m, double radius_m,
   }
 }
 
+PlanarWorld corridor_world(double length_m, double niche_m) {
+  PlanarWorld world;
+  Rng rng(5);
+  for (const double side : {-1.0, 1.0}) {
+    std::vector<Vec2> corners{{-10, side * 1.2}};
+    for (double x = -9; x < length_m; x += 2 + 4 * rng.uniform())
+      for (const auto& [along, back] : {std::pair{0.0, 0.0}, {0.0, niche_m}, {0.95, niche_m}, {0.95, 0.0}})
+        corners.emplace_back(x + along, side * (1.2 + back));
+    corners.emplace_back(length_m + 10, side * 1.2);
+    for (std::size_t i = 1; i < corners.size(); ++i) world.segments.push_back({corners[i - 1], corners[i]});
+  }
+  return world;
+}
+
 }  // namespace hm::laser_testing

@@ -53,6 +53,9 @@ PlanarWorld office_world();
 /// start, facing forward.
 SE2 office_loop(double distance_m);
 inline constexpr double kOfficeLoop_m = 41.7;
+/// A corridor along x, 2.4 m wide, from -10 m to 10 m beyond `length_m`; doors stand back by `niche_m` at
+/// uneven distances on both sides.
+PlanarWorld corridor_world(double length_m, double niche_m);
 /// A room of 8 m x 6 m with a niche and a pillar.
 PlanarWorld room_world();
 

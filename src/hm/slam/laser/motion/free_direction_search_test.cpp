@@ -11,25 +11,10 @@
 namespace hm {
 namespace {
 
-using laser_testing::PlanarWorld, laser_testing::TestLaser;
+using laser_testing::corridor_world, laser_testing::PlanarWorld, laser_testing::TestLaser;
 
 constexpr TestLaser kHalfCircle{181, std::numbers::pi, 80, 0.01};
 constexpr double kCorridor_m = 80;
-
-/// A corridor along x, 2.4 m wide; doors stand back by `niche_m` at uneven distances on both sides.
-PlanarWorld corridor(double niche_m) {
-  PlanarWorld world;
-  Rng rng(5);
-  for (const double side : {-1.0, 1.0}) {
-    std::vector<Vec2> corners{{-10, side * 1.2}};
-    for (double x = -9; x < kCorridor_m; x += 2 + 4 * rng.uniform())
-      for (const auto& [along, back] : {std::pair{0.0, 0.0}, {0.0, niche_m}, {0.95, niche_m}, {0.95, 0.0}})
-        corners.emplace_back(x + along, side * (1.2 + back));
-    corners.emplace_back(kCorridor_m + 10, side * 1.2);
-    for (std::size_t i = 1; i < corners.size(); ++i) world.segments.push_back({corners[i - 1], corners[i]});
-  }
-  return world;
-}
 
 PlanarScan scan_at(const PlanarWorld& world, double x_m, Rng& rng) {
   return planar_scan_of_world(world, SE2(x_m, 0, 0), kHalfCircle, rng);
@@ -42,7 +27,7 @@ FreeDirectionSearch search_after(const PlanarWorld& world, double until_m, Rng& 
 }
 
 TEST(FreeDirectionSearch, DoorsThatStandBackTellTheShift) {
-  const PlanarWorld world = corridor(0.12);
+  const PlanarWorld world = corridor_world(kCorridor_m, 0.12);
   Rng rng(1);
   for (const double at_m : {10.0, 20.0, 30.0}) {
     FreeDirectionSearch search = search_after(world, at_m, rng);
@@ -58,7 +43,7 @@ TEST(FreeDirectionSearch, DoorsThatStandBackTellTheShift) {
 
 /// Between bare walls the prediction counts, and its deviation; the places before are no better ones.
 TEST(FreeDirectionSearch, BareWallsDoNotHoldTheVehicleBack) {
-  const PlanarWorld world = corridor(0);
+  const PlanarWorld world = corridor_world(kCorridor_m, 0);
   Rng rng(2);
   FreeDirectionSearch search = search_after(world, 20, rng);
   for (const double ahead_m : {0.1, 0.3, 0.5}) {
@@ -71,7 +56,7 @@ TEST(FreeDirectionSearch, BareWallsDoNotHoldTheVehicleBack) {
 }
 
 TEST(FreeDirectionSearch, SaysNothingWithoutWalls) {
-  const PlanarWorld world = corridor(0.12);
+  const PlanarWorld world = corridor_world(kCorridor_m, 0.12);
   Rng rng(3);
   FreeDirectionSearch empty;
   EXPECT_FALSE(empty.find(scan_at(world, 10, rng), SE2(10, 0, 0), Vec2(1, 0), 0.2));
@@ -83,7 +68,7 @@ TEST(FreeDirectionSearch, SaysNothingWithoutWalls) {
 
 /// Scores between bare walls differ by little and to one side. That is no reason to slow down.
 TEST(FreeDirectionSearch, BareWallsLeaveTheVelocityAlone) {
-  const PlanarWorld world = corridor(0);
+  const PlanarWorld world = corridor_world(kCorridor_m, 0);
   Rng rng(2);
   FreeDirectionSearch search = search_after(world, 20, rng);
   double sum_m = 0;
@@ -95,7 +80,7 @@ TEST(FreeDirectionSearch, BareWallsLeaveTheVelocityAlone) {
 /// Error of the length that odometry without wheels measures along the corridor, by a vehicle that goes
 /// 0.8 m/s, and slower now and then.
 double length_error_m(bool finds_along, const TestLaser& laser, double scans_per_s) {
-  const PlanarWorld world = corridor(0.12);
+  const PlanarWorld world = corridor_world(kCorridor_m, 0.12);
   Rng rng(4);
   ScanOdometry odometry;
   FreeDirectionSearch search;
