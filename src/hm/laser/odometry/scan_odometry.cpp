@@ -50,8 +50,8 @@ constexpr double kHalfAcceleration_m_s2 = 1.5, kLeastAlong_m = 0.02, kMostAlong_
 constexpr double kMostObserved_m = 0.1;
 /// Few pairs may shift a match so far along walls, and the last scans must undo half of a larger shift.
 constexpr double kWeakShift_m = 0.02, kMostOfWeakShift = 0.5;
-/// A pose counts as held after this way, though few pairs hold it.
-constexpr double kMostHeld_m = 0.5;
+/// A pose counts as held after this motion, though few pairs hold it.
+constexpr double kMostHeld_m = 0.5, kMostHeld_rad = 0.3;
 /// Motions that teach the calibration of the wheels: in shorter ones the errors of matches count for more.
 constexpr double kLearnedWay_m = 0.3, kLearnedTurn_rad = 0.3;
 /// Share of its points that a match must pair for wheels to confirm it.
@@ -117,6 +117,17 @@ void ScanOdometry::predict(double motion_s, const MotionPrediction& prediction) 
   const SE2 motion = predicted_motion(motion_s, prediction);
   for (MotionSince* since : {&matched_, &held_, &learned_}) since->add(motion, prediction.T_last_now);
   unmatched_s_ += motion_s;
+}
+
+/// Where more than few pairs hold a pose, or so many scans do not, motion is measured from there. Else only
+/// its heading counts, by which the wheels' way goes on.
+void ScanOdometry::hold(const ScanMatch& match) {
+  const bool is_along = match.weak.count == 1 && match.weak.directions[0].head<2>().norm() >= kAlong;
+  if (!is_along || !held_.wheels || held_.predicted.translation().norm() > kMostHeld_m ||
+      std::abs(held_.predicted.angle()) > kMostHeld_rad)
+    held_ = matched_;
+  else
+    held_.predicted = SE2(held_.predicted.translation(), T_odom_base_.angle() - held_.T_odom_base.angle());
 }
 
 /// A pose from which all motion is to be measured anew.
@@ -436,8 +447,7 @@ void ScanOdometry::track(OdometryStep& step) {
   if (step.wheel_covariance && by_wheels && params_.matcher.compute_covariance)
     since_keyframe_ = (since_keyframe_.inverse() + by_wheels->inverse()).inverse();
   conclude(*step.T_odom_base);
-  if (step.match.weak.count == 0 || !held_.wheels || held_.predicted.translation().norm() > kMostHeld_m)
-    held_ = matched_;
+  hold(step.match);
   step.covariance =
       compose_covariance(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
   if (along_observed_) observed_speed_m_s_ = velocity_.velocity().head<2>().norm();

@@ -178,6 +178,7 @@ class ScanOdometry {
   double motion_time(double dt_s);
   void predict(double motion_s, const MotionPrediction& prediction);
   void begin_motion();
+  void hold(const ScanMatch& match);
   [[nodiscard]] PredictedPose predicted() const;
   [[nodiscard]] ScanMatch match_once(const PlanarScan& scan, const PredictedPose& pose,
                                      double least_share = 0);

@@ -105,7 +105,7 @@ void LaserMapFrame::finish(const RunContext& run) {
 bool LaserMapFrame::corrects() const {
   if (!loops_) return !history_.empty();
   const ScanGraphStatistics& closed = loops()->graph().statistics();
-  return closed.accepted > closed.removed;
+  return closed.accepted > closed.removed || loops()->registration().registered > 0;
 }
 
 SE2 LaserMapFrame::T_map_odom_at(Time stamp, const SE2& T_odom_base) const {

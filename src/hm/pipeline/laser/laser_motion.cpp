@@ -84,6 +84,18 @@ std::optional<SE3> LaserMotion::odometry_at(Time stamp) const {
   return pose_at(odometry_, stamp - delay_.delay(), max_odometry_gap_);
 }
 
+std::optional<SE2> LaserMotion::frequent_odometry_at(Time stamp) const {
+  const auto pose = pose_at(odometry_, stamp, Duration::from_seconds(kFrequent_s));
+  return pose ? std::optional(SE2::from_se3(*pose)) : std::nullopt;
+}
+
+std::optional<Vec3> LaserMotion::odometry_velocity(Time begin, Time end) const {
+  begin = begin - delay_.delay(), end = end - delay_.delay();
+  const auto first = frequent_odometry_at(begin), last = frequent_odometry_at(end);
+  if (!first || !last || !(end > begin) || odometry_jumped(begin, end)) return std::nullopt;
+  return (first->inverse() * *last).log() / (end - begin).seconds();
+}
+
 MotionPrediction LaserMotion::since_last(Time now) const {
   MotionPrediction prediction;
   if (const auto attitude = attitude_.at(now); attitude && last_attitude_)
@@ -101,8 +113,8 @@ MotionPrediction LaserMotion::since_last(Time now) const {
 void LaserMotion::remember(Time now, const std::optional<double>& heading_rad) {
   if (heading_rad && last_heading_rad_) {
     const auto by_wheels = [this](Time stamp) -> std::optional<double> {
-      const auto pose = pose_at(odometry_, stamp, Duration::from_seconds(kFrequent_s));
-      return pose ? std::optional(SE2::from_se3(*pose).angle()) : std::nullopt;
+      const auto pose = frequent_odometry_at(stamp);
+      return pose ? std::optional(pose->angle()) : std::nullopt;
     };
     delay_.learn(*last_, now, *heading_rad - *last_heading_rad_, by_wheels);
   }

@@ -32,6 +32,9 @@ class LaserMotion {
   [[nodiscard]] SweepAttitude sweep_attitude(Time begin, Time end) const;
   /// Where the odometry was when a scan with this stamp was measured: earlier by odometry_delay().
   [[nodiscard]] std::optional<SE3> odometry_at(Time stamp) const;
+  /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the base frame, as odometry that is read often measured it
+  /// between these moments; nothing where it jumped.
+  [[nodiscard]] std::optional<Vec3> odometry_velocity(Time begin, Time end) const;
   [[nodiscard]] Duration odometry_delay() const { return delay_.delay(); }
 
   /// The motion since the last remember(); without that of the odometry where it jumped since.
@@ -45,6 +48,7 @@ class LaserMotion {
  private:
   [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
   [[nodiscard]] bool odometry_jumped(Time begin, Time end) const;
+  [[nodiscard]] std::optional<SE2> frequent_odometry_at(Time stamp) const;
 
   StateEstimator estimator_;
   SE3 T_base_imu_;

@@ -269,7 +269,9 @@ ProjectedScan LaserPipeline::State::project(const LaserScan& scan, LaserStep& st
   const Stopwatch watch;
   SweepMotion sweep;
   sweep.attitude = motion.attitude();
-  sweep.velocity_ortho = odometry.velocity_base();
+  // Velocities of scan matching are those before this scan: too small where a vehicle begins to turn.
+  const auto by_odometry = uses_odometry ? motion.odometry_velocity(scan.stamp, end_of(scan)) : std::nullopt;
+  sweep.velocity_ortho = by_odometry.value_or(odometry.velocity_base());
   if (step.height && step.height->status == HeightStatus::kOk)
     sweep.height_above_floor_m = step.height->clearance_m;
   if (rig().up && ceiling.last().status == HeightStatus::kOk)

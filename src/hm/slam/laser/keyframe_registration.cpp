@@ -86,8 +86,6 @@ std::optional<Matched> match_all(const ScanGraph2D& graph, std::size_t done, con
 
 KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& run) {
   KeyframeRegistration result;
-  const ScanGraphStatistics& loops = graph.statistics();
-  if (loops.accepted == loops.removed) return result;
   const ScanGraph2D::State before = graph.state();
   ScanGraph2D::State state = before;
   const auto contradicted = [&] { return graph_agreement(graph).contradicted.size(); };

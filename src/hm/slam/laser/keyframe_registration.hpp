@@ -19,8 +19,8 @@ struct KeyframeRegistration {
 /// one keyframe and a loop leads to one submap; here errors of single matches average out.
 ///
 /// Only poses change: edges and loops stay, and an optimise() of the graph forgets the registration. Nothing
-/// changes where no loop was closed, or where more of the map would contradict itself (graph_agreement); a
-/// stop that is requested ends it after a round that is complete. Cost: twelve matches a keyframe and a
+/// changes where more of the map would contradict itself (graph_agreement); a stop that is requested ends it
+/// after a round that is complete. Cost: twelve matches a keyframe and a
 /// solution, twice. The result does not depend on the number of threads.
 KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& run = {});
 

@@ -61,14 +61,14 @@ TEST_F(KeyframeRegistrationTest, DoesNotDependOnTheNumberOfThreads) {
     EXPECT_EQ(graph_.graph().T_map_node[i].vector(), once[i].vector());
 }
 
-TEST_F(KeyframeRegistrationTest, ChangesNothingWithoutLoops) {
+/// A path that never comes back gains, too: its keyframes see the same walls one after another.
+TEST_F(KeyframeRegistrationTest, BringsKeyframesCloserWithoutLoops) {
   std::vector<PoseEdge2D> loops = graph_.graph().edges;
   std::erase_if(loops, [](const PoseEdge2D& edge) { return edge.kind != PoseEdgeKind::kLoop; });
   graph_.take_out(loops);
-  const std::vector<SE2> before = graph_.graph().T_map_node;
-  EXPECT_EQ(register_keyframes(graph_).registered, 0U);
-  for (std::size_t i = 0; i < before.size(); ++i)
-    EXPECT_EQ(graph_.graph().T_map_node[i].vector(), before[i].vector());
+  const double before_m = error_m();
+  EXPECT_GT(register_keyframes(graph_).registered, 0U);
+  EXPECT_LT(error_m(), 0.5 * before_m) << before_m;
 }
 
 /// A floor above shows other walls at the same place.

@@ -19,6 +19,8 @@
 namespace hm {
 namespace {
 
+/// Of the pose graph, half a metre or half a radian apart: so short a path need not come back.
+constexpr std::size_t kFewNodes = 40;
 constexpr Rgb8 kEstimateColor{214, 84, 32}, kTruthColor{36, 110, 200};
 
 void say(const LaserRunOptions& options, const char* stage) {
@@ -45,6 +47,11 @@ void add_warnings(LaserSummary& summary) {
         "more)",
         with_thousands(place->located), counted(place->scans, "scan"), counted(place->lost, "time"),
         place->score.median, LocalisationSummary::kSureScore));
+  if (const MapFrameSummary& map = summary.map_frame;
+      map.source == MapFrameSource::kLoops && map.nodes > kFewNodes && map.loops.accepted == 0)
+    summary.warnings.emplace_back(
+        "no place was recognised again, so no loop was closed: what the path errs by has added up on its "
+        "way");
   if (summary.scans_dropped > 0)
     summary.warnings.push_back(fmt::format("{} of {} dropped: they came faster than they could be processed",
                                            with_thousands(summary.scans_dropped),

@@ -59,8 +59,9 @@ std::string prediction_text(const LaserRecording& recording, const LaserParamete
 std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions& options) {
   switch (pipeline.map_frame().source()) {
     case MapFrameSource::kLoops:
-      return "drift is corrected by closing loops: results are in the frame map; the frame odom stays "
-             "continuous";
+      return "drift is corrected by closing loops, and at the end by registering keyframes with those "
+             "around: "
+             "results are in the frame map; the frame odom stays continuous";
     case MapFrameSource::kSavedMap:
       return "localised in the saved map " + options.saved_map.string() + ": results are in its frame";
     case MapFrameSource::kOdometry:
