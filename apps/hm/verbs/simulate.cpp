@@ -18,6 +18,7 @@ constexpr const char* kStopped = "the unfinished recording is removed";
 struct SimulateFlags {
   std::string world = "house", output, sensor;
   int frames = 0, seed = -1;
+  double scan_every_m = 1;
   bool drift = false, perfect = false, realistic = false, large = false;
 };
 
@@ -131,6 +132,7 @@ hm::Result<Outcome> run_office(const SimulateFlags& flags, Session& session) {
   if (flags.seed >= 0) simulation.seed = flags.seed;
   simulation.perfect = flags.perfect;
   if (flags.large) simulation.width_m *= 2, simulation.depth_m *= 2;
+  simulation.scan_every_m = flags.scan_every_m;
   hm::ParamList none;
   if (const auto applied = session.apply(none); !applied) return hm::forward_error(applied);
   const hm::OfficeRecordingOptions options{simulation, output_of(flags),
@@ -160,6 +162,9 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
                            : "a laser_robot drives in the office only");
   if (flags.large && !office)
     return hm::fail(hm::ErrorCode::kUsage, "--large", "only the office has a larger floor");
+  if (flags.scan_every_m != 1 && !office)
+    return hm::fail(hm::ErrorCode::kUsage, "--scan-every",
+                    "only the office's robot scans by the way it drives");
   if (office) return run_office(flags, session);
   if (boards && flags.sensor == kLaserMav)
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser cannot take images of boards");
@@ -206,6 +211,10 @@ void add_simulate(Program& program) {
       "--drift", flags->drift,
       "let the poses drift like visual-inertial odometry; laser_mav: also record drifting wheel odometry");
   command.add_flag("--large", flags->large, "office: a floor of 120 x 80 m instead of 60 x 40 m");
+  command
+      .add_option("--scan-every", flags->scan_every_m,
+                  "office: metres between two scans (default: 1), and half as many radians on the spot")
+      .within(0.01, 1.0);
   const CommandOption perfect =
       command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
   command

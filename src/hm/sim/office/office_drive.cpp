@@ -12,8 +12,8 @@ namespace hm {
 namespace {
 
 constexpr double kSpeed_m_s = 0.28, kTurn_rad_s = 0.34;
-constexpr double kStep_m = 0.1, kStep_rad = 0.05;
-constexpr double kScanEvery_m = 1, kScanEvery_rad = 0.5;
+constexpr double kMostStep_m = 0.1, kMostStep_rad = 0.05, kStepsPerScan = 4;
+constexpr double kScanEvery_rad = 0.5;  // by metre
 /// Length of the drive relative to that of all corridors.
 constexpr double kDriveRatio = 1.5;
 /// Distance between the points of a corridor that the robot heads for, and how far beside the middle they
@@ -118,17 +118,24 @@ void RoutePlanner::follow(const Vec2& from, const Vec2& to) {
 /// Moves a robot, noting its poses.
 class Driver {
  public:
-  explicit Driver(const SE2& start) : last_scan_(start) { poses_.push_back({0, start, true}); }
+  Driver(const SE2& start, double scan_every_m)
+      : scan_every_m_(scan_every_m),
+        scan_every_rad_(kScanEvery_rad * scan_every_m),
+        step_m_(std::min(kMostStep_m, scan_every_m_ / kStepsPerScan)),
+        step_rad_(std::min(kMostStep_rad, scan_every_rad_ / kStepsPerScan)),
+        last_scan_(start) {
+    poses_.push_back({0, start, true});
+  }
 
   void turn_to(double angle_rad) {
     const double turn = wrap_angle(angle_rad - here().angle());
-    const int steps = static_cast<int>(std::ceil(std::abs(turn) / kStep_rad));
+    const int steps = static_cast<int>(std::ceil(std::abs(turn) / step_rad_));
     for (int i = 0; i < steps; ++i) step(SE2(0, 0, turn / steps), std::abs(turn) / steps / kTurn_rad_s);
   }
   void drive_to(const Vec2& place) {
     const Vec2 way = place - here().translation();
     turn_to(std::atan2(way.y(), way.x()));
-    const int steps = static_cast<int>(std::ceil(way.norm() / kStep_m));
+    const int steps = static_cast<int>(std::ceil(way.norm() / step_m_));
     for (int i = 0; i < steps; ++i) step(SE2(way.norm() / steps, 0, 0), way.norm() / steps / kSpeed_m_s);
   }
   std::vector<DrivePose> take() { return std::move(poses_); }
@@ -139,23 +146,24 @@ class Driver {
     poses_.push_back({poses_.back().time_s + time_s, here() * motion, false});
     const SE2 since = last_scan_.inverse() * here();
     constexpr double kRounding = 1e-9;
-    if (since.translation().norm() < kScanEvery_m - kRounding &&
-        std::abs(since.angle()) < kScanEvery_rad - kRounding)
+    if (since.translation().norm() < scan_every_m_ - kRounding &&
+        std::abs(since.angle()) < scan_every_rad_ - kRounding)
       return;
     poses_.back().scans = true;
     last_scan_ = here();
   }
 
+  double scan_every_m_, scan_every_rad_, step_m_, step_rad_;
   std::vector<DrivePose> poses_;
   SE2 last_scan_;
 };
 
 }  // namespace
 
-std::vector<DrivePose> make_office_drive(const OfficeFloor& floor, std::uint64_t seed) {
+std::vector<DrivePose> make_office_drive(const OfficeFloor& floor, std::uint64_t seed, double scan_every_m) {
   const std::vector<Vec2> points = RoutePlanner(floor, seed).plan();
   const Vec2 way = points[1] - points[0];
-  Driver driver(SE2(points[0], std::atan2(way.y(), way.x())));
+  Driver driver(SE2(points[0], std::atan2(way.y(), way.x())), scan_every_m);
   for (std::size_t i = 1; i < points.size(); ++i) driver.drive_to(points[i]);
   return driver.take();
 }

@@ -74,6 +74,20 @@ TEST(OfficeDrive, StepsAreSmallAndScansApart) {
   }
 }
 
+TEST(OfficeDrive, ScansAsOftenAsItIsTold) {
+  const OfficeFloor floor = make_office_floor(60, 40, 3);
+  const std::vector<DrivePose> rare = make_office_drive(floor, 3), often = make_office_drive(floor, 3, 0.05);
+  EXPECT_NEAR(shape_of(floor, often).length_m, shape_of(floor, rare).length_m, 1e-6);
+  EXPECT_GT(shape_of(floor, often).scans, 15 * shape_of(floor, rare).scans);
+  SE2 last = often.front().T_world_base;
+  for (const DrivePose& pose : often) {
+    const SE2 since = last.inverse() * pose.T_world_base;
+    EXPECT_LT(since.translation().norm(), 0.063);
+    EXPECT_LT(std::abs(since.angle()), 0.032);
+    if (pose.scans) last = pose.T_world_base;
+  }
+}
+
 TEST(OfficeFloor, CorridorsArePartOfEveryFloorOthersAreTheSeeds) {
   const OfficeFloor a = make_office_floor(60, 40, 1), b = make_office_floor(60, 40, 2);
   EXPECT_EQ(a.columns_m, b.columns_m);

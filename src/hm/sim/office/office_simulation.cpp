@@ -81,7 +81,8 @@ void OfficeSimulation::Impl::drive() {
   SE2 T_odom_base;
   std::optional<SE2> before;
   std::size_t posed = 0;
-  for (const DrivePose& pose : make_office_drive(floor, static_cast<std::uint64_t>(options.seed))) {
+  for (const DrivePose& pose :
+       make_office_drive(floor, static_cast<std::uint64_t>(options.seed), options.scan_every_m)) {
     if (before) {
       const SE2 motion = before->inverse() * pose.T_world_base;
       T_odom_base = T_odom_base * (options.perfect ? motion : wheels.measure(motion));

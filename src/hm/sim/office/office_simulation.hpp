@@ -12,6 +12,7 @@ struct OfficeSimulationOptions {
   int seed = 1;
   double width_m = 60, depth_m = 40;
   double range_max_m = 30;  ///< 8 m: the ranges of a small scanner
+  double scan_every_m = 1;  ///< way between two scans, 0.01 to 1; on the spot half as many radians
   bool people = true;
   bool perfect = false;  ///< no noise, no glass that reflects, no people, wheels that do not err
   int scan_limit = 0;    ///< 0: the whole drive
