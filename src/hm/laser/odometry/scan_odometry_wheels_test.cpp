@@ -13,7 +13,7 @@ constexpr laser_testing::TestLaser kHalfCircle{181, std::numbers::pi, 30, 0.01};
 constexpr double kCorridor_m = 60;
 
 /// Errors of wheels: so much too long always, and a deviation per root of a metre.
-constexpr double kLong = 0.035, kSigma = 0.039;
+constexpr double kTooLong = 0.035, kWaySigma = 0.039;
 
 /// Error of the length of a corridor whose doors stand back, driven with a scan every `step_m`.
 double length_error_m(double step_m) {
@@ -27,7 +27,8 @@ double length_error_m(double step_m) {
     scan.stamp = Time::from_seconds(1 + i * step_m / 0.3);
     MotionPrediction prediction;
     if (i > 0)
-      prediction.T_last_now = SE2((1 + kLong) * step_m + kSigma * std::sqrt(step_m) * rng.normal(), 0, 0);
+      prediction.T_last_now =
+          SE2((1 + kTooLong) * step_m + kWaySigma * std::sqrt(step_m) * rng.normal(), 0, 0);
     const OdometryStep step = odometry.process(scan, prediction);
     if (!step.T_odom_base) return kCorridor_m;
     last_m = step.T_odom_base->translation().x();
