@@ -82,13 +82,13 @@ class Slam(support.SharedFolderTest):
             self.assertEqual((self.folder / "one" / name).read_bytes(), (self.folder / "two" / name).read_bytes(), name)
 
     def test_stopped(self):
-        process = self.start("slam", self.recording, "-o", "stopped", "--maps", "points,octomap,mvog", "--json", *COARSE,
-                             "--set", "reconstruction.pictures=false")
+        process = self.start("slam", self.recording, "-o", "stopped", "--maps", "points,octomap,mvog", "--json",
+                             "--voxel", "0.01", "--threads", "1", "--set", "reconstruction.pictures=false")
         self.addCleanup(process.kill)
         for line in process.stderr:
             if line.startswith("tracking"):
                 break
-        time.sleep(0.5)
+        time.sleep(0.3)  # of a second and more
         run, errors = self.interrupt(process, timeout=300)
         self.assertIn("writing the results so far", errors)
         self.assertRegex(" ".join(run["warnings"]), r"stopped after \d+ of 70 frames")

@@ -36,6 +36,8 @@ constexpr double kUnsureShift_m = 0.05, kUnsureTurn_rad = 0.05, kUnsureRatio = 0
 constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
 /// Half of the acceleration that a match which nothing confirms may show.
 constexpr double kMostHalfAcceleration_m_s2 = 4;
+/// A free direction is one along walls if it moves so much more than it turns.
+constexpr double kAlong = 0.9;
 /// Standard deviation of the motion along walls from what the velocity predicts: half of an acceleration
 /// times the time squared, within these. Stamps may say more time than it was: those of scans that waited in
 /// a queue.

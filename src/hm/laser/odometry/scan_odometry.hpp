@@ -173,9 +173,6 @@ class ScanOdometry {
   [[nodiscard]] const WheelCalibration& wheels() const { return wheels_; }
 
  private:
-  /// A direction is one along walls if it moves so much more than it turns.
-  static constexpr double kAlong = 0.9;
-
   OdometryStep begin(const PlanarScan& scan);
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
   double motion_time(double dt_s);

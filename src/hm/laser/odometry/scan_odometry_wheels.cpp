@@ -86,8 +86,7 @@ void ScanOdometry::learn_wheels(const OdometryStep& step) {
 /// Motion is measured from the last pose that more than few pairs held, or that lies far enough from such a
 /// one. Of other poses only the heading counts: the wheels' way goes on along it.
 void ScanOdometry::hold(const ScanMatch& match) {
-  const bool is_along = match.weak.count == 1 && match.weak.directions[0].head<2>().norm() >= kAlong;
-  if (!is_along || !held_.wheels || held_.predicted.translation().norm() > kMostHeld_m ||
+  if (match.weak.count == 0 || !held_.wheels || held_.predicted.translation().norm() > kMostHeld_m ||
       std::abs(held_.predicted.angle()) > kMostHeld_rad)
     held_ = matched_;
   else
