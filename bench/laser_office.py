@@ -24,18 +24,22 @@ def drive(program, seed, work, every=1, scan_every_m=1):
             "pieces": len(run["pieces"])}
 
 
+def median_and_ok(name, ok_name, runs):
+    """(rows, details) of bench/run: the median error of these floors, and the largest of one that is called ok."""
+    values = {name: percentile([run["ate_m"] for run in runs], 0.5), ok_name: worst_ok(runs)}
+    return [{"name": key, "ours": value, "peer": None} for key, value in values.items()], {"runs": runs}
+
+
 def at_half_rate(program, work, part="judging"):
     """(rows, details) of bench/run: every second scan of the floors."""
     runs = [drive(program, seed, work, every=2) for seed in recordings.seeds("office", part)]
-    values = {"laser_half_rate_office": percentile([run["ate_m"] for run in runs], 0.5), "laser_half_rate_ok": worst_ok(runs)}
-    return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {"runs": runs}
+    return median_and_ok("laser_half_rate_office", "laser_half_rate_ok", runs)
 
 
 def often(program, work, part="judging"):
     """(rows, details) of bench/run: the small floors, scanned every 2.5 cm."""
     runs = [drive(program, seed, work, scan_every_m=0.025) for seed in recordings.seeds("office", part) if seed % 2 == 1]
-    values = {"laser_office_often": percentile([run["ate_m"] for run in runs], 0.5), "laser_office_often_ok": worst_ok(runs)}
-    return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {"runs": runs}
+    return median_and_ok("laser_office_often", "laser_office_often_ok", runs)
 
 
 def offices(program, work, part="judging"):

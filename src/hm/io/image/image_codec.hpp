@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,6 +13,10 @@ namespace hm::detail {
 
 /// Largest number of pixels of an image that is read.
 inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
+
+inline constexpr std::array<std::uint8_t, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+/// Deflate compresses at most so much: a short file cannot hold a huge image, for which no memory is asked.
+inline constexpr std::size_t kMostDeflateRatio = 1032;
 
 /// Checks an image size against the limits of this program.
 Result<void> check_image_size(std::int64_t width, std::int64_t height, const std::string& where);

@@ -13,14 +13,13 @@ namespace {
 enum class ImageFormat { kEmpty, kPng, kJpeg, kOther };
 
 ImageFormat format_of(std::span<const std::uint8_t> bytes) {
-  constexpr std::array<std::uint8_t, 8> kPng{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   constexpr std::array<std::uint8_t, 3> kJpeg{0xFF, 0xD8, 0xFF};
   if (bytes.empty()) return ImageFormat::kEmpty;
   const auto starts_with = [&](std::span<const std::uint8_t> magic) {
     return std::ranges::equal(bytes.first(std::min(bytes.size(), magic.size())),
                               magic.first(std::min(bytes.size(), magic.size())));
   };
-  if (starts_with(kPng)) return ImageFormat::kPng;
+  if (starts_with(detail::kPngSignature)) return ImageFormat::kPng;
   if (starts_with(kJpeg)) return ImageFormat::kJpeg;
   return ImageFormat::kOther;
 }

@@ -103,11 +103,10 @@ bool PngReader::read_rows(png_bytep* rows) {
   return true;
 }
 
-/// Deflate compresses at most 1032 to 1: rejects a short file with a huge image size before allocating memory
-/// for it.
+/// Rejects a short file with a huge image size before memory is allocated for it.
 Result<void> check_plausible(const PngReader& reader, std::size_t file_bytes, const std::string& where) {
   if (auto size = check_image_size(reader.width, reader.height, where); !size) return size;
-  if (reader.row_bytes / 16 * reader.height / 1032 > file_bytes)
+  if (reader.row_bytes / 16 * reader.height / kMostDeflateRatio > file_bytes)
     return fail(ErrorCode::kTruncated, where, "{} bytes cannot hold an image of {} x {}", file_bytes,
                 reader.width, reader.height);
   return {};

@@ -12,8 +12,6 @@
 namespace hm::detail {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-
 /// What a PNG's pixels are: bits a channel, and the colour type (11.2.1).
 struct PngKind {
   std::uint8_t bit_depth, color_type;
@@ -74,15 +72,17 @@ struct PngContent {
 /// be shown are skipped.
 std::optional<PngContent> read_content(std::span<const std::uint8_t> bytes, PngKind kind) {
   constexpr std::size_t kHeader = 13;
-  constexpr std::uint32_t kCanBeSkipped = 0x20000000;
-  if (bytes.size() < kSignature.size() || !std::ranges::equal(bytes.first(kSignature.size()), kSignature))
+  constexpr std::uint32_t kCanBeSkipped = 0x20000000;  // a small first letter (5.4)
+  if (bytes.size() < kPngSignature.size() ||
+      !std::ranges::equal(bytes.first(kPngSignature.size()), kPngSignature))
     return std::nullopt;
-  auto rest = bytes.subspan(kSignature.size());
+  auto rest = bytes.subspan(kPngSignature.size());
   const auto header = take_chunk(rest);
   if (!header || header->type != chunk_type("IHDR") || header->data.size() != kHeader) return std::nullopt;
   const std::uint8_t* const fields = header->data.data();
   const std::uint32_t width = big_endian_u32(fields), height = big_endian_u32(fields + 4);
-  if (PngKind{fields[8], fields[9]} != kind || std::memcmp(fields + 10, kMethods.data(), 3) != 0)
+  if (PngKind{fields[8], fields[9]} != kind ||
+      !std::ranges::equal(header->data.last(kMethods.size()), kMethods))
     return std::nullopt;
   if (!check_image_size(width, height, {})) return std::nullopt;
   PngContent content{{static_cast<int>(width), static_cast<int>(height)}, {}};
@@ -145,8 +145,7 @@ bool undo_filter(std::uint8_t filter, std::span<std::uint8_t> row, const std::ui
 /// Bytes of all rows as the file stores them, each after the byte that names its filter.
 std::optional<std::vector<std::uint8_t>> decompress(const PngContent& content, std::size_t row_bytes) {
   const std::size_t bytes = (1 + row_bytes) * static_cast<std::size_t>(content.size.height);
-  constexpr std::size_t kMostRatio = 1032;  // of deflate: no memory for an image that cannot be in the file
-  if (bytes / kMostRatio > content.compressed.size()) return std::nullopt;
+  if (bytes / kMostDeflateRatio > content.compressed.size()) return std::nullopt;
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
   std::vector<std::uint8_t> rows(bytes);
@@ -232,7 +231,7 @@ std::vector<std::uint8_t> encode_plain(const Image<Pixel>& image, PngEffort effo
   append_u32(static_cast<std::uint32_t>(image.height()), header);
   header.insert(header.end(), {kKindOf<Pixel>.bit_depth, kKindOf<Pixel>.color_type});
   header.insert(header.end(), kMethods.begin(), kMethods.end());
-  std::vector<std::uint8_t> bytes(kSignature.begin(), kSignature.end());
+  std::vector<std::uint8_t> bytes(kPngSignature.begin(), kPngSignature.end());
   bytes.reserve(compressed.size() + 64);
   append_chunk("IHDR", header, bytes);
   append_chunk("IDAT", compressed, bytes);

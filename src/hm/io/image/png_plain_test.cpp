@@ -59,7 +59,7 @@ TEST(PlainPng, EveryFilterIsUndoneAsByLibpng) {
 
 TEST(PlainPng, WhatItWritesLibpngReads) {
   for (const PngEffort effort : {PngEffort::kStored, PngEffort::kFast}) {
-    for (const auto& image : {random_colors(37, 23, 1), random_colors(1, 1, 2), Image<Rgb8>(640, 480)})
+    for (const auto& image : {random_color(37, 23, 1), random_color(1, 1, 2), Image<Rgb8>(640, 480)})
       EXPECT_TRUE(same_pixels(*by_libpng(detail::encode_plain_png(image, effort), Rgb8{}), image));
     for (const auto& image : {random_depth(37, 23, 1), random_depth(1, 1, 2), Image<std::uint16_t>(640, 480)})
       EXPECT_TRUE(same_pixels(*by_libpng(detail::encode_plain_png(image, effort), std::uint16_t{}), image));
@@ -86,19 +86,15 @@ Bytes with_chunk(Bytes bytes, std::string_view name, std::string_view text) {
   Bytes chunk{0, 0, 0, static_cast<std::uint8_t>(text.size())};
   chunk.insert(chunk.end(), name.begin(), name.end());
   chunk.insert(chunk.end(), text.begin(), text.end());
-  std::uint32_t crc = 0xFFFFFFFF;
-  for (std::size_t i = 4; i < chunk.size(); ++i) {
-    crc ^= chunk[i];
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (0xEDB88320U & (0U - (crc & 1U)));
-  }
-  for (int shift = 24; shift >= 0; shift -= 8) chunk.push_back(static_cast<std::uint8_t>(~crc >> shift));
+  const std::uint32_t checksum = png_checksum(std::span(chunk).subspan(4));
+  for (int shift = 24; shift >= 0; shift -= 8) chunk.push_back(static_cast<std::uint8_t>(checksum >> shift));
   constexpr std::ptrdiff_t kAfterHeader = 33;
   bytes.insert(bytes.begin() + kAfterHeader, chunk.begin(), chunk.end());
   return bytes;
 }
 
 TEST(PlainPng, ChunksThatAreNotNeededAreSkippedAndOthersLeftToLibpng) {
-  const auto image = random_colors(5, 4, 3);
+  const auto image = random_color(5, 4, 3);
   const Bytes bytes = encode_png(image, PngEffort::kFast);
   const auto commented = plain<Rgb8>(with_chunk(bytes, "tEXt", "Comment: a kitchen"));
   ASSERT_TRUE(commented);
@@ -110,8 +106,8 @@ TEST(PlainPng, ChunksThatAreNotNeededAreSkippedAndOthersLeftToLibpng) {
 }
 
 TEST(PlainPng, EveryPrefixAndEveryChangedByteIsNoticed) {
-  const Bytes files[] = {encode_png(random_colors(9, 7, 1), PngEffort::kFast),
-                         encode_png(random_colors(9, 7, 1), PngEffort::kStored),
+  const Bytes files[] = {encode_png(random_color(9, 7, 1), PngEffort::kFast),
+                         encode_png(random_color(9, 7, 1), PngEffort::kStored),
                          encode_png(random_depth(9, 7, 1), PngEffort::kFast)};
   for (const Bytes& file : files) {
     for (std::size_t n = 0; n < file.size(); ++n) {

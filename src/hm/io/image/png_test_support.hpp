@@ -1,23 +1,16 @@
 #pragma once
 #include <png.h>
 
-#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "hm/core/rng.hpp"
-#include "hm/io/image/image_file.hpp"
+#include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {
 
-inline Image<Rgb8> random_colors(int width, int height, std::uint64_t seed) {
-  Rng rng(seed);
-  Image<Rgb8> image(width, height);
-  for (Rgb8& p : image.pixels())
-    p = {static_cast<std::uint8_t>(rng.below(256)), static_cast<std::uint8_t>(rng.below(256)),
-         static_cast<std::uint8_t>(rng.below(256))};
-  return image;
-}
+using testing_recordings::random_color, testing_recordings::same_pixels;
 
 inline Image<std::uint16_t> random_depth(int width, int height, std::uint64_t seed) {
   Rng rng(seed);
@@ -26,8 +19,14 @@ inline Image<std::uint16_t> random_depth(int width, int height, std::uint64_t se
   return image;
 }
 
-inline bool same_pixels(const auto& a, const auto& b) {
-  return a.width() == b.width() && a.height() == b.height() && std::ranges::equal(a.pixels(), b.pixels());
+/// The checksum of a PNG's chunk, of its type and data, bit by bit (the specification's annex D).
+inline std::uint32_t png_checksum(std::span<const std::uint8_t> bytes) {
+  std::uint32_t crc = 0xFFFFFFFF;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (0xEDB88320U & (0U - (crc & 1U)));
+  }
+  return ~crc;
 }
 
 /// A PNG of any kind by libpng's own writer; `rows` as that kind stores them, each by the best of `filters`.

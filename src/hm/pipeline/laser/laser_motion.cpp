@@ -90,9 +90,10 @@ std::optional<SE2> LaserMotion::frequent_odometry_at(Time stamp) const {
 }
 
 std::optional<Vec3> LaserMotion::odometry_velocity(Time begin, Time end) const {
+  if (!(end > begin)) return std::nullopt;  // all beams at one moment
   begin = begin - delay_.delay(), end = end - delay_.delay();
   const auto first = frequent_odometry_at(begin), last = frequent_odometry_at(end);
-  if (!first || !last || !(end > begin) || odometry_jumped(begin, end)) return std::nullopt;
+  if (!first || !last || odometry_jumped(begin, end)) return std::nullopt;
   return (first->inverse() * *last).log() / (end - begin).seconds();
 }
 

@@ -18,9 +18,8 @@ constexpr std::size_t kScansPerReport = 64;
 
 std::string toml_of(const OfficeSimulationOptions& options) {
   return fmt::format(
-      "[office_simulation]\nseed = {}\nwidth_m = {:g}\ndepth_m = {:g}\nrange_max_m = {:g}\nscan_every_m = "
-      "{:g}\n"
-      "people = {}\nperfect = {}\nscan_limit = {}\n",
+      "[office_simulation]\nseed = {}\nwidth_m = {:g}\ndepth_m = {:g}\nrange_max_m = {:g}\n"
+      "scan_every_m = {:g}\npeople = {}\nperfect = {}\nscan_limit = {}\n",
       options.seed, options.width_m, options.depth_m, options.range_max_m, options.scan_every_m,
       options.people, options.perfect, options.scan_limit);
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSpeed_m_s = 0.28, kTurn_rad_s = 0.34;
 constexpr double kMostStep_m = 0.1, kMostStep_rad = 0.05, kStepsPerScan = 4;
-constexpr double kScanEvery_rad = 0.5;  // by metre
+constexpr double kScanEvery_rad_m = 0.5;
 /// Length of the drive relative to that of all corridors.
 constexpr double kDriveRatio = 1.5;
 /// Distance between the points of a corridor that the robot heads for, and how far beside the middle they
@@ -120,7 +120,7 @@ class Driver {
  public:
   Driver(const SE2& start, double scan_every_m)
       : scan_every_m_(scan_every_m),
-        scan_every_rad_(kScanEvery_rad * scan_every_m),
+        scan_every_rad_(kScanEvery_rad_m * scan_every_m),
         step_m_(std::min(kMostStep_m, scan_every_m_ / kStepsPerScan)),
         step_rad_(std::min(kMostStep_rad, scan_every_rad_ / kStepsPerScan)),
         last_scan_(start) {

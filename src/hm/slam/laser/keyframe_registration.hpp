@@ -20,8 +20,8 @@ struct KeyframeRegistration {
 ///
 /// Only poses change: edges and loops stay, and an optimise() of the graph forgets the registration. Nothing
 /// changes where more of the map would contradict itself (graph_agreement); a stop that is requested ends it
-/// after a round that is complete. Cost: twelve matches a keyframe and a
-/// solution, twice. The result does not depend on the number of threads.
+/// after a round that is complete. Cost: twelve matches a keyframe and a solution, twice. The result does not
+/// depend on the number of threads.
 KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& run = {});
 
 }  // namespace hm

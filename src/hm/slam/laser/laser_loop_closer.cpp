@@ -13,6 +13,10 @@ std::optional<ScanGraphStep> LaserLoopCloser::add(const PlanarScan& scan, const 
 }
 
 ScanGraphStep LaserLoopCloser::add(const GraphKeyframe2D& keyframe) {
+  if (registration_.registered > 0) {
+    solve(true);
+    registration_ = {};
+  }
   const ScanGraphStep result = graph_.add_keyframe(keyframe);
   new_loops_ += result.loops_accepted;
   if (result.corrects_much() || new_loops_ >= loops_per_solution_) solve(result.corrects_much());

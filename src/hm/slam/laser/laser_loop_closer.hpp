@@ -25,7 +25,8 @@ class LaserLoopCloser {
   ScanGraphStep add(const GraphKeyframe2D& keyframe);
   /// Optimises the whole graph, revises its loops (revise_loops), which may take a minute where the map
   /// contradicts itself, and registers its keyframes (register_keyframes); ends early once a stop is
-  /// requested. More keyframes can be added after it. Returns the solution of the loops.
+  /// requested. More keyframes can be added after it, which takes the registration back. Returns the
+  /// solution of the loops.
   PoseGraphSolution finish(const RunContext& run = {});
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }

@@ -246,9 +246,7 @@ TEST(LoopRevision, MoreKeyframesCanBeAdded) {
   EXPECT_EQ(with.revision().changes, 0U);
   with.finish();
   plain.finish();
-  // Other keyframes of a place may be the ones that a loop leads to: the poses then were registered ones.
-  EXPECT_GT(with.graph().statistics().accepted,
-            0.9 * static_cast<double>(plain.graph().statistics().accepted));
+  ASSERT_EQ(with.graph().graph().edges.size(), plain.graph().graph().edges.size());
   for (std::size_t i = 0; i < run.keyframes.size(); ++i)
     EXPECT_LT(
         (with.graph().graph().T_map_node[i].inverse() * plain.graph().graph().T_map_node[i]).vector().norm(),

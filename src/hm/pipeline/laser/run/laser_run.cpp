@@ -60,8 +60,7 @@ std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions&
   switch (pipeline.map_frame().source()) {
     case MapFrameSource::kLoops:
       return "drift is corrected by closing loops, and at the end by registering keyframes with those "
-             "around: "
-             "results are in the frame map; the frame odom stays continuous";
+             "around: results are in the frame map; the frame odom stays continuous";
     case MapFrameSource::kSavedMap:
       return "localised in the saved map " + options.saved_map.string() + ": results are in its frame";
     case MapFrameSource::kOdometry:

@@ -99,8 +99,9 @@ TEST_F(LaserRun, TablesHaveALineForEveryScanOfALongRun) {
   }
 }
 
-/// A rover with a short-sighted laser among legs of tables: its scans are stamped 0.2 s late, and scan
-/// matching alone brings it back to its start by 1.6 m and 20 degrees beside it.
+/// A rover with a short-sighted laser among legs of tables: its scans are stamped 0.2 s late. Its heading
+/// drifts, and whether a loop is found that takes this back depends on where the run begins
+/// (docs/laser_pipeline.md).
 TEST_F(LaserRun, ARealRoverIsTrackedWithLateScans) {
   LaserRunOptions rover = options("rover");
   rover.recording = real_data_folder() / "laser" / "breezyslam_exp1.dat";
@@ -110,7 +111,7 @@ TEST_F(LaserRun, ARealRoverIsTrackedWithLateScans) {
   EXPECT_NEAR(run->odometry_delay_s, 0.2, 0.041);
   EXPECT_EQ(run->trajectory.size(), run->scans_read);
   EXPECT_NEAR(path_length(run->trajectory), 46.5, 1);
-  EXPECT_NE(run->verdict.value, MapVerdict::kBroken);
+  EXPECT_EQ(run->verdict.value, MapVerdict::kOk);
   const auto says_so = [](const std::string& warning) {
     return warning.find("no loop was closed") != warning.npos;
   };
