@@ -25,7 +25,7 @@ def is_bench(path):
 
 
 def is_inlined(path):
-    """Parts of vector code that Highway compiles once per instruction set: included by .cpp files only."""
+    """Included by .cpp files only, as vector code that Highway compiles once per instruction set: may use fenced libraries."""
     return path.name.endswith("_inl.hpp")
 
 

@@ -1,31 +1,19 @@
-// hm: compiled alone (Boost's headers, which only boost_sources.cpp includes besides).
+// hm: compiled alone (Boost's headers).
 #include "hm/station/web/web_server.hpp"
 
-#include <utility>
-// Beast 1.74 uses std::exchange without including it.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-#include <chrono>
-#include <map>
+#include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
-#include <set>
 #include <thread>
 #include <vector>
 
 #include "hm/core/check.hpp"
-#include "hm/station/web/client_rates.hpp"
 #include "hm/station/web/counted.hpp"
-#include "hm/station/web/rate_limit.hpp"
+#include "hm/station/web/web_connections_inl.hpp"
 
 namespace hm {
 namespace {
@@ -33,18 +21,11 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
-namespace websocket = beast::websocket;
 using beast::error_code;
-// Executors that are known when this is compiled, and WebSockets without compression, which is offered to
-// nobody: less for the compiler to make of Boost's templates.
-using Executor = asio::io_context::executor_type;
 using tcp = asio::ip::tcp;
-using Socket = asio::basic_stream_socket<tcp, Executor>;
-using Acceptor = asio::basic_socket_acceptor<tcp, Executor>;
-using Stream = beast::basic_stream<tcp, Executor>;
-using WebSocket = websocket::stream<Stream, false>;
+using Socket = asio::basic_stream_socket<tcp, WebExecutor>;
+using Acceptor = asio::basic_socket_acceptor<tcp, WebExecutor>;
 using Parser = http::request_parser<http::empty_body>;
-using Request = http::request<http::empty_body>;
 
 // So small that a message is not behind more than this in the kernel, and the rate that acknowledgements tell
 // is the rate of the line.
@@ -53,14 +34,14 @@ constexpr std::chrono::milliseconds kTick{5};
 
 std::string text_of(beast::string_view text) { return {text.begin(), text.end()}; }
 
-std::vector<std::string> offered_protocols(const Request& request) {
+std::vector<std::string> offered_protocols(const WebRequestHead& request) {
   std::vector<std::string> result;
   for (const auto name : http::token_list(request[http::field::sec_websocket_protocol]))
     result.push_back(text_of(name));
   return result;
 }
 
-WebRequest to_web_request(const Request& request) {
+WebRequest to_web_request(const WebRequestHead& request) {
   const std::string target = text_of(request.target());
   const std::size_t query = target.find('?');
   WebRequest result;
@@ -73,160 +54,12 @@ WebRequest to_web_request(const Request& request) {
   return result;
 }
 
-class SocketConnection;
-
-/// State that the connections share; touched by the server's thread only, but for what is atomic.
-struct Shared {
-  Shared(const WebLimits& the_limits, WebHandler& the_handler)
-      : limits(the_limits), handler(the_handler), requests(the_limits.requests_per_s) {}
-  [[nodiscard]] Duration now() const {
-    return {std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start)
-                .count()};
-  }
-  [[nodiscard]] std::chrono::nanoseconds patience() const {
-    return std::chrono::nanoseconds(limits.patience.ns);
-  }
-
-  WebLimits limits;
-  WebHandler& handler;
-  ClientRates requests;
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  std::atomic<std::size_t> connections = 0;
-  std::uint64_t next_id = 0;
-  std::map<std::uint64_t, std::function<void()>>
-      waiting;  ///< ends a connection without a request; oldest first
-  std::set<SocketConnection*> sockets;
-  asio::io_context context{1};  ///< the last member: connections end with it, and leave the others
-};
-
-/// A WebSocket and the session behind it.
-class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
- public:
-  SocketConnection(Shared& shared, Stream stream, WebSocketOpening opening)
-      : shared_(shared),
-        counted_(shared.connections),
-        stream_(std::move(stream)),
-        opening_(std::move(opening)),
-        rate_(shared.limits.messages_per_s) {}
-  ~SocketConnection() { shared_.sockets.erase(this); }
-  SocketConnection(const SocketConnection&) = delete;
-  SocketConnection& operator=(const SocketConnection&) = delete;
-
-  void accept(const Request& request) {
-    stream_.next_layer().expires_never();
-    websocket::stream_base::timeout timeout{};
-    timeout.handshake_timeout = shared_.patience();
-    timeout.idle_timeout = shared_.patience();
-    timeout.keep_alive_pings = true;
-    stream_.set_option(timeout);
-    stream_.set_option(
-        websocket::stream_base::decorator([protocol = opening_.protocol](websocket::response_type& r) {
-          r.set(http::field::server, "housemartin");
-          if (!protocol.empty()) r.set(http::field::sec_websocket_protocol, protocol);
-        }));
-    stream_.read_message_max(shared_.limits.message_bytes);
-    stream_.auto_fragment(false);
-    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
-      if (error) return self->count(error);
-      self->shared_.sockets.insert(self.get());
-      self->read();
-      self->pump();
-    });
-  }
-
-  /// Sends what the session has, if nothing is on its way.
-  void pump() {
-    if (writing_ || closing_) return;
-    WebOutput output = opening_.session->next(shared_.now());
-    if (auto* message = std::get_if<WebMessage>(&output)) write(std::move(*message));
-    if (const auto* end = std::get_if<WebClose>(&output)) close(*end);
-  }
-
- private:
-  void read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->lost(error);
-      self->received();
-    });
-  }
-
-  void received() {
-    if (closing_) return;
-    const Duration now = shared_.now();
-    if (!rate_.take(now))
-      return close({WebClose::kPolicy,
-                    fmt::format("more than {} messages a second", shared_.limits.messages_per_s),
-                    Refused::kTooMany});
-    const auto bytes = buffer_.cdata();
-    const WebOutput output = opening_.session->receive({static_cast<const char*>(bytes.data()), bytes.size()},
-                                                       stream_.got_text(), now);
-    buffer_.consume(buffer_.size());
-    if (const auto* end = std::get_if<WebClose>(&output)) return close(*end);
-    read();
-    pump();
-  }
-
-  void write(WebMessage message) {
-    writing_ = true;
-    message_ = std::move(message);
-    std::array<asio::const_buffer, 2> buffers{asio::buffer(message_.head.data(), message_.head.size()), {}};
-    if (message_.body)
-      buffers[1] = asio::buffer(message_.body->data(), message_.body->size()) + message_.body_offset;
-    stream_.binary(!message_.text);
-    stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
-      self->writing_ = false;
-      self->message_ = {};
-      if (error) return self->lost(error);
-      self->pump();
-    });
-  }
-
-  /// Counts what Beast refused: messages, and an other end that is silent or does not read. A connection that
-  /// is lost is none.
-  void count(error_code error) {
-    if (closing_) return;
-    if (error == beast::error::timeout)
-      shared_.handler.refused(Refused::kSilent);
-    else if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
-      shared_.handler.refused(Refused::kTooBig);
-    else if (error == websocket::condition::protocol_violation)
-      shared_.handler.refused(Refused::kMessage);
-  }
-
-  void close(const WebClose& end) {
-    closing_ = true;
-    shared_.handler.refused(end.refused);
-    websocket::close_reason reason(static_cast<websocket::close_code>(end.code));
-    reason.reason.assign(end.reason.data(), std::min<std::size_t>(end.reason.size(), 120));
-    // Waits for a write that is under way; the time-out ends it where the other end does not read.
-    stream_.async_close(reason, [self = shared_from_this()](error_code) { self->drop(); });
-  }
-
-  void lost(error_code error) { count(error), drop(); }
-
-  /// The connection is lost or over: whatever else is pending on it fails.
-  void drop() {
-    closing_ = true;
-    shared_.sockets.erase(this);
-    beast::get_lowest_layer(stream_).close();
-  }
-
-  Shared& shared_;
-  Counted counted_;
-  WebSocket stream_;
-  WebSocketOpening opening_;
-  RateLimit rate_;
-  beast::flat_buffer buffer_;
-  WebMessage message_;
-  bool writing_ = false, closing_ = false;
-};
-
 /// A connection that speaks HTTP, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Shared& shared, Socket socket)
+  HttpConnection(WebConnections& shared, Socket socket)
       : shared_(shared),
-        counted_(shared.connections),
+        counted_(shared.count),
         stream_(std::move(socket)),
         id_(shared.next_id++),
         buffer_(shared.limits.header_bytes + shared.limits.target_bytes) {}
@@ -259,7 +92,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (error == beast::error::timeout && (!answered_ || buffer_.size() > 0))
       shared_.handler.refused(Refused::kSilent);
     if (error) return;  // gone, or silent for too long
-    const Request& request = parser_->get();
+    const WebRequestHead& request = parser_->get();
     head_only_ = request.method() == http::verb::head;
     if (asks_too_often())
       return refuse(429, fmt::format("more than {} requests a second: try again in a second",
@@ -271,16 +104,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       if (parser_->content_length().value_or(1) != 0) return refuse(400, "a request has no body here");
     }
     keep_alive_ = request.keep_alive();
-    if (websocket::is_upgrade(request)) return open();
+    if (beast::websocket::is_upgrade(request)) return open();
     shared_.handler.respond(to_web_request(request), later());
   }
 
   void open() {
     auto opened = shared_.handler.open(to_web_request(parser_->get()));
     if (auto* response = std::get_if<WebResponse>(&opened)) return answer(std::move(*response));
-    std::make_shared<SocketConnection>(shared_, std::move(stream_),
-                                       std::get<WebSocketOpening>(std::move(opened)))
-        ->accept(parser_->get());
+    open_socket(shared_, std::move(stream_), std::get<WebSocketOpening>(std::move(opened)), parser_->get());
   }
 
   /// Keeps a connection until it is answered. Its end is left to the server's thread, whoever drops the
@@ -363,9 +194,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     stream_.socket().shutdown(Socket::shutdown_send, ignored);
   }
 
-  Shared& shared_;
+  WebConnections& shared_;
   Counted counted_;
-  Stream stream_;
+  WebStream stream_;
   std::uint64_t id_;
   beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
@@ -425,7 +256,7 @@ struct WebServer::Impl {
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
     // Descriptors are left for the files of the program.
-    if (shared.connections >= shared.limits.connections) return shared.handler.refused(Refused::kConnection);
+    if (shared.count >= shared.limits.connections) return shared.handler.refused(Refused::kConnection);
     std::make_shared<HttpConnection>(shared, std::move(socket))->read();
   }
 
@@ -455,7 +286,7 @@ struct WebServer::Impl {
     });
   }
 
-  Shared shared;
+  WebConnections shared;
   Acceptor acceptor;
   asio::steady_timer tick;
   std::thread thread;
@@ -490,6 +321,6 @@ void WebServer::post(std::function<void()> task) {
   });
 }
 
-std::size_t WebServer::connections() const { return impl_->shared.connections; }
+std::size_t WebServer::connections() const { return impl_->shared.count; }
 
 }  // namespace hm
