@@ -57,6 +57,9 @@ class Pictures(page.PageTest):
         # Borders are searched for after the mesh has come, and figures are written twice a second: a picture rests in between.
         self.wait("/42.6\\s+m of open borders\\s+1.20\\s+m of frontiers/.test(document.getElementById('coverage').innerText)")
         self.js("document.activeElement.blur()")
+        # Nothing is drawn but by screen() and model(), as finely as it can be: how coarsely the page draws by itself depends
+        # on how fast the machine is, and on what was drawn before.
+        self.js(f"{VIEW}.pace.begin = () => null; {VIEW}.mesh.shown.forEach(page => {{ page.drawn = 0; }}); {VIEW}.mesh.chosen = null")
 
     def screen(self):
         self.js(f"{VIEW}.draw()")
