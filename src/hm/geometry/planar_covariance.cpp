@@ -1,3 +1,4 @@
+// hm: compiled alone (Eigen's decompositions).
 #include "hm/geometry/planar_covariance.hpp"
 
 #include <Eigen/Cholesky>

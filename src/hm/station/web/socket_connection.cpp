@@ -1,7 +1,7 @@
 // hm: compiled alone (Boost's headers).
 #include "hm/station/web/web_connections_inl.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
