@@ -65,8 +65,7 @@ class Flight:
         self.driver.get(self.line.url)
         page_support.press(self.driver, "Take control")
         if self.driver.execute_script("return document.querySelector('.machine .flying.now') === null"):
-            page_support.press(self.driver, "Engage")
-            page_support.press(self.driver, "Take off")
+            page_support.take_off(self.driver)
         self.wait("document.querySelector('.machine .flying.now') !== null", 20)
 
     def wait(self, script, seconds=20):

@@ -117,6 +117,19 @@ def press(driver, words):
     driver.execute_script(f"{find}.click()")
 
 
+def take_off(driver):
+    """Engages and takes off, by who has control. Taking off is refused until a vehicle has stood still for a second: then it is
+    pressed again, as a person would."""
+    press(driver, "Engage")
+    told = "document.querySelector('#panel .reason').textContent"
+    for _ in range(10):
+        driver.execute_script(f"{told} = ''")
+        press(driver, "Take off")
+        if "has not stood still for a second" not in wait_for(driver, f"{told}.includes('take off') && {told}"):
+            return
+        time.sleep(0.5)
+
+
 def console_errors(driver):
     return [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
 

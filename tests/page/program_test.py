@@ -186,8 +186,7 @@ class Program(page.PageTest):
 
     def take_off(self):
         self.press("Take control")
-        self.press("Engage")
-        self.press("Take off")
+        page.take_off(self.driver)
         self.wait("document.querySelector('.machine .flying.now')?.textContent === 'position'")
 
     def test_a_vehicle_is_flown_by_sticks(self):
