@@ -22,23 +22,23 @@ using beast::error_code;
 using WebSocket = websocket::stream<WebStream, false>;
 
 /// A WebSocket and the session behind it.
-class SessionSocket final : public SocketConnection {
+class SessionSocket final : public SocketConnection, public std::enable_shared_from_this<SessionSocket> {
  public:
-  SessionSocket(WebConnections& shared, WebStream stream, WebSocketOpening opening)
-      : shared_(shared),
-        counted_(shared.count),
+  SessionSocket(WebConnections& connections, WebStream stream, WebSocketOpening opening)
+      : connections_(connections),
+        counted_(connections.count),
         stream_(std::move(stream)),
         opening_(std::move(opening)),
-        rate_(shared.limits.messages_per_s) {}
-  ~SessionSocket() override { shared_.sockets.erase(this); }
+        rate_(connections.limits.messages_per_s) {}
+  ~SessionSocket() override { connections_.sockets.erase(this); }
   SessionSocket(const SessionSocket&) = delete;
   SessionSocket& operator=(const SessionSocket&) = delete;
 
   void accept(const WebRequestHead& request) {
     stream_.next_layer().expires_never();
     websocket::stream_base::timeout timeout{};
-    timeout.handshake_timeout = shared_.patience();
-    timeout.idle_timeout = shared_.patience();
+    timeout.handshake_timeout = connections_.patience();
+    timeout.idle_timeout = connections_.patience();
     timeout.keep_alive_pings = true;
     stream_.set_option(timeout);
     stream_.set_option(
@@ -46,30 +46,27 @@ class SessionSocket final : public SocketConnection {
           r.set(http::field::server, "housemartin");
           if (!protocol.empty()) r.set(http::field::sec_websocket_protocol, protocol);
         }));
-    stream_.read_message_max(shared_.limits.message_bytes);
+    stream_.read_message_max(connections_.limits.message_bytes);
     stream_.auto_fragment(false);
-    stream_.async_accept(request, [self = shared()](error_code error) {
+    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (error) return self->count(error);
-      self->shared_.sockets.insert(self.get());
+      self->connections_.sockets.insert(self.get());
       self->read();
       self->pump();
     });
   }
 
   void pump() override {
+    const auto kept = shared_from_this();  // also if the connection is dropped here
     if (writing_ || closing_) return;
-    WebOutput output = opening_.session->next(shared_.now());
+    WebOutput output = opening_.session->next(connections_.now());
     if (auto* message = std::get_if<WebMessage>(&output)) write(std::move(*message));
     if (const auto* end = std::get_if<WebClose>(&output)) close(*end);
   }
 
  private:
-  std::shared_ptr<SessionSocket> shared() {
-    return std::static_pointer_cast<SessionSocket>(shared_from_this());
-  }
-
   void read() {
-    stream_.async_read(buffer_, [self = shared()](error_code error, std::size_t) {
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) return self->lost(error);
       self->received();
     });
@@ -77,10 +74,10 @@ class SessionSocket final : public SocketConnection {
 
   void received() {
     if (closing_) return;
-    const Duration now = shared_.now();
+    const Duration now = connections_.now();
     if (!rate_.take(now))
       return close({WebClose::kPolicy,
-                    fmt::format("more than {} messages a second", shared_.limits.messages_per_s),
+                    fmt::format("more than {} messages a second", connections_.limits.messages_per_s),
                     Refused::kTooMany});
     const auto bytes = buffer_.cdata();
     const WebOutput output = opening_.session->receive({static_cast<const char*>(bytes.data()), bytes.size()},
@@ -98,7 +95,7 @@ class SessionSocket final : public SocketConnection {
     if (message_.body)
       buffers[1] = asio::buffer(message_.body->data(), message_.body->size()) + message_.body_offset;
     stream_.binary(!message_.text);
-    stream_.async_write(buffers, [self = shared()](error_code error, std::size_t) {
+    stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_ = false;
       self->message_ = {};
       if (error) return self->lost(error);
@@ -111,20 +108,20 @@ class SessionSocket final : public SocketConnection {
   void count(error_code error) {
     if (closing_) return;
     if (error == beast::error::timeout)
-      shared_.handler.refused(Refused::kSilent);
+      connections_.handler.refused(Refused::kSilent);
     else if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow)
-      shared_.handler.refused(Refused::kTooBig);
+      connections_.handler.refused(Refused::kTooBig);
     else if (error == websocket::condition::protocol_violation)
-      shared_.handler.refused(Refused::kMessage);
+      connections_.handler.refused(Refused::kMessage);
   }
 
   void close(const WebClose& end) {
     closing_ = true;
-    shared_.handler.refused(end.refused);
+    connections_.handler.refused(end.refused);
     websocket::close_reason reason(static_cast<websocket::close_code>(end.code));
     reason.reason.assign(end.reason.data(), std::min<std::size_t>(end.reason.size(), 120));
     // Waits for a write that is under way; the time-out ends it where the other end does not read.
-    stream_.async_close(reason, [self = shared()](error_code) { self->drop(); });
+    stream_.async_close(reason, [self = shared_from_this()](error_code) { self->drop(); });
   }
 
   void lost(error_code error) { count(error), drop(); }
@@ -132,11 +129,11 @@ class SessionSocket final : public SocketConnection {
   /// The connection is lost or over: whatever else is pending on it fails.
   void drop() {
     closing_ = true;
-    shared_.sockets.erase(this);
+    connections_.sockets.erase(this);
     beast::get_lowest_layer(stream_).close();
   }
 
-  WebConnections& shared_;
+  WebConnections& connections_;
   Counted counted_;
   WebSocket stream_;
   WebSocketOpening opening_;

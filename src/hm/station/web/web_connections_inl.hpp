@@ -25,7 +25,7 @@ using WebStream = boost::beast::basic_stream<boost::asio::ip::tcp, WebExecutor>;
 using WebRequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 
 /// A WebSocket of a server.
-class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
+class SocketConnection {
  public:
   virtual ~SocketConnection() = default;
   /// Sends what the session has, if nothing is on its way.

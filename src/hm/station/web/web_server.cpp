@@ -57,26 +57,26 @@ WebRequest to_web_request(const WebRequestHead& request) {
 /// A connection that speaks HTTP, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(WebConnections& shared, Socket socket)
-      : shared_(shared),
-        counted_(shared.count),
+  HttpConnection(WebConnections& connections, Socket socket)
+      : connections_(connections),
+        counted_(connections.count),
         stream_(std::move(socket)),
-        id_(shared.next_id++),
-        buffer_(shared.limits.header_bytes + shared.limits.target_bytes) {}
-  ~HttpConnection() { shared_.waiting.erase(id_); }
+        id_(connections.next_id++),
+        buffer_(connections.limits.header_bytes + connections.limits.target_bytes) {}
+  ~HttpConnection() { connections_.waiting.erase(id_); }
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
 
   void read() {
-    shared_.waiting[id_] = [weak = weak_from_this()] {
+    connections_.waiting[id_] = [weak = weak_from_this()] {
       if (const auto self = weak.lock()) self->stream_.close();
     };
     parser_.emplace();
-    parser_->header_limit(static_cast<std::uint32_t>(shared_.limits.header_bytes));
-    stream_.expires_after(shared_.patience());
+    parser_->header_limit(static_cast<std::uint32_t>(connections_.limits.header_bytes));
+    stream_.expires_after(connections_.patience());
     http::async_read_header(stream_, buffer_, *parser_,
                             [self = shared_from_this()](error_code error, std::size_t) {
-                              self->shared_.waiting.erase(self->id_);
+                              self->connections_.waiting.erase(self->id_);
                               self->handle(error);
                             });
   }
@@ -90,28 +90,30 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return refuse(400, "this is no HTTP request");
     // Who has been answered and begins nothing new is free to go.
     if (error == beast::error::timeout && (!answered_ || buffer_.size() > 0))
-      shared_.handler.refused(Refused::kSilent);
+      connections_.handler.refused(Refused::kSilent);
     if (error) return;  // gone, or silent for too long
     const WebRequestHead& request = parser_->get();
     head_only_ = request.method() == http::verb::head;
     if (asks_too_often())
       return refuse(429, fmt::format("more than {} requests a second: try again in a second",
-                                     shared_.limits.requests_per_s));
+                                     connections_.limits.requests_per_s));
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(405, "only GET and HEAD are served");
-    if (request.target().size() > shared_.limits.target_bytes) return refuse(414, "the address is too long");
+    if (request.target().size() > connections_.limits.target_bytes)
+      return refuse(414, "the address is too long");
     if (request.has_content_length() || request.chunked()) {
       if (parser_->content_length().value_or(1) != 0) return refuse(400, "a request has no body here");
     }
     keep_alive_ = request.keep_alive();
     if (beast::websocket::is_upgrade(request)) return open();
-    shared_.handler.respond(to_web_request(request), later());
+    connections_.handler.respond(to_web_request(request), later());
   }
 
   void open() {
-    auto opened = shared_.handler.open(to_web_request(parser_->get()));
+    auto opened = connections_.handler.open(to_web_request(parser_->get()));
     if (auto* response = std::get_if<WebResponse>(&opened)) return answer(std::move(*response));
-    open_socket(shared_, std::move(stream_), std::get<WebSocketOpening>(std::move(opened)), parser_->get());
+    open_socket(connections_, std::move(stream_), std::get<WebSocketOpening>(std::move(opened)),
+                parser_->get());
   }
 
   /// Keeps a connection until it is answered. Its end is left to the server's thread, whoever drops the
@@ -120,7 +122,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     Held(std::shared_ptr<HttpConnection> the_connection) : connection(std::move(the_connection)) {}
     ~Held() {
       if (!connection) return;
-      auto& context = connection->shared_.context;
+      auto& context = connection->connections_.context;
       asio::post(context, [ended = std::move(connection)] {});
     }
     Held(const Held&) = delete;
@@ -132,7 +134,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   WebHandler::Answer later() {
     stream_.expires_never();
     return [held = std::make_shared<Held>(shared_from_this())](WebResponse response) {
-      auto& context = held->connection->shared_.context;
+      auto& context = held->connection->connections_.context;
       asio::post(context, [self = std::move(held->connection), given = std::move(response)]() mutable {
         self->answer(std::move(given));
       });
@@ -142,12 +144,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   [[nodiscard]] bool asks_too_often() {
     error_code error;
     const std::string address = stream_.socket().remote_endpoint(error).address().to_string();
-    const auto client = shared_.limits.loopback_is_limited ? std::optional(address) : rated_client(address);
-    return !error && client && !shared_.requests.take(*client, shared_.now());
+    const auto client =
+        connections_.limits.loopback_is_limited ? std::optional(address) : rated_client(address);
+    return !error && client && !connections_.requests.take(*client, connections_.now());
   }
 
   void refuse(unsigned status, std::string text) {
-    shared_.handler.refused(status == 429 ? Refused::kTooMany : Refused::kRequest);
+    connections_.handler.refused(status == 429 ? Refused::kTooMany : Refused::kRequest);
     keep_alive_ = false;
     auto response = WebResponse::of_text(status, std::move(text) + "\n");
     if (status == 429) response.headers.emplace_back("Retry-After", "1");
@@ -175,9 +178,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   /// Piece by piece, each with its own limit of time: a large file over a slow line takes as long as it
   /// takes.
   void write_some() {
-    stream_.expires_after(shared_.patience());
+    stream_.expires_after(connections_.patience());
     http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error == beast::error::timeout) self->shared_.handler.refused(Refused::kSilent);
+      if (error == beast::error::timeout) self->connections_.handler.refused(Refused::kSilent);
       if (error) return;
       if (!self->serializer_->is_done()) return self->write_some();
       self->finish();
@@ -194,7 +197,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     stream_.socket().shutdown(Socket::shutdown_send, ignored);
   }
 
-  WebConnections& shared_;
+  WebConnections& connections_;
   Counted counted_;
   WebStream stream_;
   std::uint64_t id_;
@@ -210,7 +213,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
 struct WebServer::Impl {
   Impl(const WebLimits& limits, WebHandler& handler)
-      : shared(limits, handler), acceptor(shared.context), tick(shared.context) {}
+      : connections(limits, handler), acceptor(connections.context), tick(connections.context) {}
 
   Result<void> listen(const WebAddress& wanted) {
     error_code error;
@@ -237,14 +240,14 @@ struct WebServer::Impl {
     acceptor.async_accept([this](error_code error, Socket socket) {
       if (error == asio::error::operation_aborted) return;
       // Out of descriptors: those that wait make room, and the next try is a tick later.
-      if (error) return end_oldest(shared.limits.waiting / 4), retry_accept();
+      if (error) return end_oldest(connections.limits.waiting / 4), retry_accept();
       start(std::move(socket));
       accept();
     });
   }
 
   void retry_accept() {
-    const auto timer = std::make_shared<asio::steady_timer>(shared.context, kTick);
+    const auto timer = std::make_shared<asio::steady_timer>(connections.context, kTick);
     timer->async_wait([this, timer](error_code error) {
       if (!error) accept();
     });
@@ -254,39 +257,40 @@ struct WebServer::Impl {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-    if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
+    if (connections.waiting.size() >= connections.limits.waiting) end_oldest(1);
     // Descriptors are left for the files of the program.
-    if (shared.count >= shared.limits.connections) return shared.handler.refused(Refused::kConnection);
-    std::make_shared<HttpConnection>(shared, std::move(socket))->read();
+    if (connections.count >= connections.limits.connections)
+      return connections.handler.refused(Refused::kConnection);
+    std::make_shared<HttpConnection>(connections, std::move(socket))->read();
   }
 
   void end_oldest(std::size_t count) {
-    for (; count > 0 && !shared.waiting.empty(); --count) {
-      const auto end = std::move(shared.waiting.begin()->second);
-      shared.waiting.erase(shared.waiting.begin());
-      shared.handler.refused(Refused::kConnection);
+    for (; count > 0 && !connections.waiting.empty(); --count) {
+      const auto end = std::move(connections.waiting.begin()->second);
+      connections.waiting.erase(connections.waiting.begin());
+      connections.handler.refused(Refused::kConnection);
       end();
     }
   }
 
   void pump_all() {
     // Copied: a session that ends leaves the set.
-    const std::vector<SocketConnection*> sockets(shared.sockets.begin(), shared.sockets.end());
+    const std::vector<SocketConnection*> sockets(connections.sockets.begin(), connections.sockets.end());
     for (auto* socket : sockets)
-      if (shared.sockets.contains(socket)) socket->shared_from_this()->pump();
+      if (connections.sockets.contains(socket)) socket->pump();
   }
 
   void start_tick() {
     tick.expires_after(kTick);
     tick.async_wait([this](error_code error) {
       if (error) return;
-      shared.handler.tick(shared.now());
+      connections.handler.tick(connections.now());
       pump_all();
       start_tick();
     });
   }
 
-  WebConnections shared;
+  WebConnections connections;
   Acceptor acceptor;
   asio::steady_timer tick;
   std::thread thread;
@@ -300,12 +304,12 @@ Result<std::unique_ptr<WebServer>> WebServer::start(const WebAddress& address, c
   if (auto listening = impl->listen(address); !listening) return forward_error(listening);
   impl->accept();
   impl->start_tick();
-  impl->thread = std::thread([&shared = impl->shared] { shared.context.run(); });
+  impl->thread = std::thread([&context = impl->connections.context] { context.run(); });
   return std::unique_ptr<WebServer>(new WebServer(std::move(impl)));
 }
 
 WebServer::~WebServer() {
-  impl_->shared.context.stop();
+  impl_->connections.context.stop();
   impl_->thread.join();
 }
 
@@ -315,12 +319,12 @@ std::uint16_t WebServer::port() const {
 }
 
 void WebServer::post(std::function<void()> task) {
-  asio::post(impl_->shared.context, [this, given = std::move(task)] {
+  asio::post(impl_->connections.context, [this, given = std::move(task)] {
     given();
     impl_->pump_all();
   });
 }
 
-std::size_t WebServer::connections() const { return impl_->shared.count; }
+std::size_t WebServer::connections() const { return impl_->connections.count; }
 
 }  // namespace hm
