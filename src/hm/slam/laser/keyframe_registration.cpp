@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "hm/core/parallel.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/slam/laser/loop_revision.hpp"
 #include "hm/slam/laser/scan_visits.hpp"
 
@@ -19,6 +21,9 @@ constexpr std::size_t kMostNeighbours = 12;
 constexpr double kReach_m = 8;
 /// The keyframe before has been matched by odometry.
 constexpr std::size_t kNeighbourApart = 2;
+/// A turn counts in the median of so many keyframes on each side of one and its own: single ones among chairs
+/// are turned for themselves.
+constexpr std::size_t kTurnedAlike = 2;
 /// Keyframes between two looks at the stop token; and those of one task of a thread.
 constexpr std::size_t kBlock = 256, kGrain = 16;
 
@@ -82,6 +87,47 @@ std::optional<Matched> match_all(const ScanGraph2D& graph, std::size_t done, con
   return all;
 }
 
+/// For each step from a keyframe to the next, whether no loop spans it.
+std::vector<bool> unspanned_steps(const PoseGraph2D& graph) {
+  std::vector<int> begun(graph.T_map_node.size(), 0);  // loops that begin here, less those that end
+  for (const PoseEdge2D& edge : graph.edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    ++begun[std::min(edge.from, edge.to)];
+    --begun[std::max(edge.from, edge.to)];
+  }
+  std::vector<bool> unspanned(begun.size());
+  int spanning = 0;
+  for (std::size_t i = 0; i < begun.size(); ++i) unspanned[i] = (spanning += begun[i]) == 0;
+  return unspanned;
+}
+
+/// By how much each keyframe was turned, as the median of its neighbours.
+std::vector<double> turned_rad(const std::vector<SE2>& before, const std::vector<SE2>& after) {
+  std::vector<double> each(before.size()), medians;
+  for (std::size_t i = 0; i < each.size(); ++i) each[i] = (before[i].inverse() * after[i]).angle();
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    std::vector<double> near(
+        each.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, kTurnedAlike)),
+        each.begin() + static_cast<std::ptrdiff_t>(std::min(i + kTurnedAlike + 1, each.size())));
+    medians.push_back(middle_value(std::span(near)));
+  }
+  return medians;
+}
+
+UncheckedTurn unchecked_turn(const ScanGraph2D& graph, const PoseGraph2D& before,
+                             const std::vector<SE2>& after) {
+  const std::vector<bool> unspanned = unspanned_steps(before);
+  const std::vector<double> turned = turned_rad(before.T_map_node, after);
+  UncheckedTurn most;
+  for (std::size_t i = 1, first = 0; i < turned.size(); ++i) {
+    if (!unspanned[i - 1]) first = i;
+    const double angle_rad = std::abs(wrap_angle(turned[i] - turned[first]));
+    if (angle_rad > most.angle_rad)
+      most = {angle_rad, graph.keyframe(first).scan.stamp, graph.keyframe(i).scan.stamp};
+  }
+  return most;
+}
+
 }  // namespace
 
 KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& run) {
@@ -100,9 +146,10 @@ KeyframeRegistration register_keyframes(ScanGraph2D& graph, const RunContext& ru
     state.graph.T_map_node = std::move(joint.T_map_node);
     graph.restore(state);
   }
+  result.unchecked = unchecked_turn(graph, before.graph, state.graph.T_map_node);
   if (const std::size_t now = contradicted(); now > 0) {
     graph.restore(before);
-    if (now > contradicted()) return {result.pairs, 0, 0};
+    if (now > contradicted()) return {result.pairs, 0, 0, result.unchecked};
     graph.restore(state);
   }
   for (std::size_t i = 0; i < graph.size(); ++i)

@@ -2,14 +2,24 @@
 #include <cstddef>
 
 #include "hm/core/run_context.hpp"
+#include "hm/core/time.hpp"
 #include "hm/slam/laser/scan_graph_2d.hpp"
 
 namespace hm {
+
+/// A turn of the path that no loop says is right: between two keyframes of a stretch that no loop spans.
+struct UncheckedTurn {
+  double angle_rad = 0;  ///< by how much the matches of keyframes turn it against odometry; not negative
+  Time from, to;         ///< stamps of the two
+};
 
 struct KeyframeRegistration {
   std::size_t pairs = 0;       ///< keyframes near each other that were matched
   std::size_t registered = 0;  ///< of these, whose match PL-ICP confirms
   double moved_m = 0;          ///< the largest change of a keyframe's position
+  /// The largest, also where the result is not kept: odometry and the matches of keyframes know the same
+  /// walls, and where they disagree about a turn at least one of them is wrong.
+  UncheckedTurn unchecked;
 };
 
 /// Registers the keyframes of an optimised graph with their surroundings (Lu and Milios, "Globally consistent

@@ -71,6 +71,21 @@ TEST_F(KeyframeRegistrationTest, BringsKeyframesCloserWithoutLoops) {
   EXPECT_LT(error_m(), 0.5 * before_m) << before_m;
 }
 
+/// Odometry turns too far at each step. Where loops span the path they take that back; without them, it is
+/// told.
+TEST_F(KeyframeRegistrationTest, TellsATurnThatNoLoopChecks) {
+  EXPECT_LT(register_keyframes(graph_).unchecked.angle_rad, 0.01);
+  TestDrive straight = run_;
+  straight.keyframes.resize(40);
+  ScanGraph2D graph;
+  for (const GraphKeyframe2D& keyframe : straight.keyframes) graph.add_keyframe(keyframe);
+  ASSERT_EQ(graph.statistics().accepted, 0U);
+  const UncheckedTurn turn = register_keyframes(graph).unchecked;
+  EXPECT_NEAR(turn.angle_rad, 39 * kDriftPerStep_rad, 0.03);
+  EXPECT_EQ(turn.from, straight.keyframes.front().scan.stamp);
+  EXPECT_GT(turn.to, straight.keyframes[30].scan.stamp);
+}
+
 /// A floor above shows other walls at the same place.
 TEST_F(KeyframeRegistrationTest, MatchesNoKeyframesOfOtherHeights) {
   TestDrive two_floors = run_;

@@ -66,6 +66,19 @@ TEST(JudgeLaserRun, DoubtsALengthThatWasGuessed) {
       << verdict.reasons[0];
 }
 
+TEST(JudgeLaserRun, DoubtsAPathThatScansBendInTwoWaysAndNoLoopChecks) {
+  LaserSummary summary;
+  summary.trajectory_odom = turning(60, swaying);
+  summary.map_frame.registration.unchecked = {0.04, Time::from_seconds(10), Time::from_seconds(30)};
+  EXPECT_EQ(judge_laser_run({}, summary, {}, {}).value, MapVerdict::kOk);
+  summary.map_frame.registration.unchecked.angle_rad = 0.1;
+  const RunVerdict verdict = judge_laser_run({}, summary, {}, {});
+  EXPECT_EQ(verdict.value, MapVerdict::kDoubtful);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_NE(verdict.reasons[0].find("between 10.0 and 30.0 s"), std::string::npos) << verdict.reasons[0];
+  EXPECT_NE(verdict.reasons[0].find("5.7 degrees"), std::string::npos) << verdict.reasons[0];
+}
+
 TEST(JudgeLaserRun, DoubtsARunWhoseScansShowNoMotionAlongWalls) {
   LaserSummary summary;
   summary.scans_matched = 100, summary.scans_length_unobserved = 40;

@@ -114,6 +114,8 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"registered", "matches with keyframes around, at the end"}, map.registration.registered);
   v.or_null({"registration_moved_m", "keyframes moved by them, at most", "{:.3f} m"},
             map.registration.registered > 0 ? std::optional(map.registration.moved_m) : std::nullopt);
+  v({"unchecked_turn_rad", "turned by them where no loop spans the path, at most", "{:.3f} rad"},
+    map.registration.unchecked.angle_rad);
   v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
 }
 
