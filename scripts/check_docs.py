@@ -31,13 +31,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "ninja", "qemu-system-arm", "sudo", "npm", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
-# The same command with fewer frames and without figures: what is checked is the command; the program's tests look at figures.
-FEW_SAMPLES = ["--set", "mesh_error.samples=50000"]
-PLAIN = ["--set", "reconstruction.pictures=false"] + FEW_SAMPLES
-SHORT = {"demo": ["--set", "simulation.frame_limit=25"] + PLAIN, "reconstruct": PLAIN,
+# The same command with fewer frames, coarse and without figures: what is checked is the command; the program's tests look at results
+# and figures.
+VOXEL = "0.05"
+FEW_SAMPLES = ["--set", "mesh_error.samples=10000"]
+PLAIN = ["--set", "reconstruction.pictures=false", "--set", f"tsdf.voxel_size_m={VOXEL}"] + FEW_SAMPLES
+SHORT = {"demo": ["--set", "simulation.frame_limit=15"] + PLAIN, "reconstruct": PLAIN,
          "slam": PLAIN + ["--set", "slam.matrices=false"], "scan": PLAIN + ["--set", "slam.matrices=false"],
          "laser": ["--set", "laser.pictures=false"], "fly": ["--set", "laser.pictures=false"], "evaluate mesh": FEW_SAMPLES,
-         "evaluate depth-compensation": PLAIN + ["--voxel", "0.05"]}
+         "evaluate depth-compensation": PLAIN}
 HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "scan", "laser", "calibrate", "calibrate intrinsics",
               "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh",
               "evaluate uncertainty", "evaluate depth-compensation", "convert",
@@ -65,8 +67,8 @@ def blocks_of(text):
 
 
 def shortened(line):
-    line = re.sub(r"simulation\.frame_limit=\d+", "simulation.frame_limit=25", line)
-    line = re.sub(r"--voxel 0\.0[12]\b", "--voxel 0.03", line)
+    line = re.sub(r"simulation\.frame_limit=\d+", "simulation.frame_limit=15", line)
+    line = re.sub(r"--voxel 0\.\d+", f"--voxel {VOXEL}", line)
     if "--realistic" in line:  # half a second a frame
         line = re.sub(r"--frames \d+", "--frames 8", line)
     words = shlex.split(line)
@@ -78,13 +80,13 @@ def shortened(line):
     if words[1:2] == ["simulate"] and "laser_mav" in words:
         return re.sub(r"--frames \d+", "--frames 200", line) if "--frames" in words else line + " --frames 200"
     if words[1:3] == ["evaluate", "uncertainty"] and "--frames" not in words:
-        return line + " --views 1 --frames 20"
+        return line + " --views 1 --frames 12"
     if words[1:2] == ["experiment"] and words[2:3] != ["list"] and "--tiny" not in words:
         return line + " --tiny"
     if words[1:3] == ["fly", "hover"] and "--duration" not in words:
         return line + " --duration 4"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
-        return line + " --frames 20"
+        return line + " --frames 12"
     return line
 
 
@@ -145,10 +147,10 @@ def prepared_folder(program):
     folder = tempfile.mkdtemp(prefix="hm_docs_prepared_")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (Path(folder) / "hm").symlink_to(Path(program).resolve())
-    lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
+    lines = ["hm simulate room -o recording --frames 20 --quiet", "cp -r recording my_recording",
              "hm reconstruct recording -o result --quiet",
              "hm odometry recording -o tracked --quiet",
-             "hm slam recording -o whole --quiet --voxel 0.06",
+             "hm slam recording -o whole --quiet",
              "hm simulate room -o my_flight --sensor laser_mav --frames 200 --quiet", "cp -r my_flight second_flight",
              "hm laser my_flight -o flown --quiet",
              "printf '1 0 1.2\\n1 0.3 1.2 90\\n' > tour.txt",
