@@ -83,16 +83,15 @@ std::optional<BoardParams> guess_board(const std::vector<fs::path>& images, cons
   const ParallelLoop loop(run.threads);
   std::optional<BoardParams> best;
   std::size_t most = 0;
+  const std::size_t searched = std::min(kImages, images.size());
   for (const auto& [x, y] : kCommonCorners) {
-    if (run.stop.stop_requested()) break;
+    if (run.stop.stop_requested() || most == searched) break;
     BoardParams board = wanted;
     board.kind = BoardKind::kCheckerboard, board.corners_x = x, board.corners_y = y;
     std::array<bool, kImages> found{};
-    loop.for_ranges(std::min(kImages, images.size()), 1, [&](std::size_t from, std::size_t to) {
+    loop.for_ranges(searched, 1, [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i)
-        found[i] =
-            look(images[i * images.size() / std::min(kImages, images.size())], board).detection.search ==
-            BoardSearch::kFound;
+        found[i] = look(images[i * images.size() / searched], board).detection.search == BoardSearch::kFound;
     });
     const auto count = static_cast<std::size_t>(std::ranges::count(found, true));
     if (count > most) most = count, best = board;
