@@ -1,4 +1,4 @@
-"""hm scan: a replay, OpenNI and libfreenect without hardware; unplugged, stopped, killed and continued; wrong use."""
+"""hm scan: a replay, OpenNI without hardware; stopped, killed and continued; wrong use. scan_saved_test.py: unplugged."""
 import json
 import os
 import resource
@@ -6,57 +6,12 @@ import shutil
 import signal
 import subprocess
 import time
-from pathlib import Path
 
 import support
-
-QUICK = ["--voxel", "0.06", "--set", "reconstruction.pictures=false", "--set", "slam.matrices=false"]
-CAPTURE = {"camera", "captured", "tracked", "lost", "unusable", "dropped", "recorded", "latency_ms", "rate_hz"}
-FAKENECT = Path("/usr/lib/x86_64-linux-gnu/fakenect")
+from scans import QUICK, ScanTest
 
 
-class Scan(support.SharedFolderTest):
-    @classmethod
-    def prepare(cls, keeper):
-        keeper.simulate("room", 60, "room", "--sensor", "kinect")
-        cls.recording = keeper.folder / "room"
-
-    def check_capture(self, capture):
-        """Not a single frame is uncounted."""
-        self.assertLessEqual(CAPTURE, set(capture))
-        drops = {key: value for key, value in capture["dropped"].items() if key != "total"}
-        self.assertEqual(capture["dropped"]["total"], sum(drops.values()))
-        self.assertEqual(capture["captured"],
-                         capture["tracked"] + capture["lost"] + capture["unusable"] + capture["dropped"]["total"])
-        usable = capture["captured"] - sum(n for key, n in drops.items() if key != "queue_full")
-        self.assertEqual(capture["recorded"] + capture["not_recorded"], usable)
-
-    def check_saved(self, capture):
-        """Map and recording within a second of the end."""
-        self.assertGreater(capture["saved_s"], 0)
-        self.assertLessEqual(capture["saved_s"], 1)
-
-    def replay(self, *words, expect=0):
-        return self.run_json("scan", "--camera", f"replay:{self.recording}", *QUICK, *words, expect=expect)
-
-    def stamps(self, recording):
-        lines = (self.folder / recording / "depth.txt").read_text().splitlines()
-        return [line.split()[0] for line in lines if not line.startswith("#")]
-
-    def wait_for_frames(self, recording, frames, process):
-        """Until so many frames lie in the recording of a scan that runs."""
-        def are_there():
-            return (self.folder / recording / "depth.txt").exists() and len(self.stamps(recording)) >= frames
-        end = time.monotonic() + 60
-        while not are_there() and process.poll() is None and time.monotonic() < end:
-            time.sleep(0.02)
-        self.assertTrue(are_there(), process.poll())
-
-    def start_replay(self, output, *words):
-        process = self.start("scan", "--camera", f"replay:{self.recording}", "-o", output, "--json", *QUICK, *words)
-        self.addCleanup(process.kill)
-        return process
-
+class Scan(ScanTest):
     def test_replay_gives_a_result_and_the_same_recording(self):
         run = self.replay("-o", "result", "--speed", "0.5")
         self.check_capture(run["capture"])
@@ -77,25 +32,6 @@ class Scan(support.SharedFolderTest):
         first = next(iter(sorted((self.recording / "depth").iterdir())))
         self.assertEqual(self.run_json("slam", "result/recording", "-o", "again", *QUICK)["frames"]["tracked"], 60)
         self.assertTrue((self.folder / "result/recording/depth" / first.name).exists())
-
-    def test_unplugged(self):
-        run = self.replay("-o", "result", "--unplug-after", "1.2", expect=1)
-        self.check_capture(run["capture"])
-        self.assertIn("unplugged after 1.2 s", run["error"]["message"])
-        self.check_saved(run["capture"])
-        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
-        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
-        poses = (self.folder / "result/trajectory.tum").read_text().splitlines()
-        self.assertEqual(len(poses), run["capture"]["tracked"])
-        self.assertGreater((self.folder / "result/mesh.ply").stat().st_size, 1000)
-        self.assertEqual(json.loads((self.folder / "result/run.json").read_text())["state"], "stopped")
-        # Plugged in again: one recording, one map.
-        more = self.replay("-o", "result", "--resume")
-        self.check_capture(more["capture"])
-        self.assertEqual(more["capture"]["earlier_frames"], run["capture"]["recorded"])
-        self.assertEqual(run["capture"]["captured"] + more["capture"]["captured"], 60)
-        self.assertEqual(self.run_json("info", "result/recording")["frames"], 60)
-        self.assertEqual(more["loops"]["maps"], 1)
 
     def test_stopped(self):
         process = self.start_replay("result", "--speed", "0.2")
@@ -197,19 +133,6 @@ class Scan(support.SharedFolderTest):
             words = ["--intrinsics", "525", "525", "319.5", "239.5"] if name == "v4l2" else []
             self.run_json("scan", "--camera", name, "-o", "result", *words, expect=expect)
 
-    # ---- libraries of cameras, without a camera
-    def run_with(self, variables, *words, expect=0):
-        result = subprocess.run([support.PROGRAM, "scan", *map(str, words), "--json", *QUICK], cwd=self.folder,
-                                capture_output=True, text=True, timeout=300, env={**os.environ, **variables})
-        self.assertEqual(result.returncode, expect, result.stdout[-2000:] + result.stderr[-2000:])
-        return json.loads(result.stdout[result.stdout.index("{\n"):])  # a stand-in of a library may print
-
-    def openni(self, **variables):
-        folder = os.environ.get("HM_OPENNI")
-        if not folder:
-            self.skipTest("built without OpenNI")
-        return {"LD_LIBRARY_PATH": folder, "HM_OPENNI_RECORDING": str(self.recording), **variables}
-
     def test_openni(self):
         listed = self.run_with(self.openni(), "--list")["cameras"]
         self.assertEqual([c["devices"] for c in listed if c["driver"] == "openni"], [["replay"]])
@@ -223,13 +146,6 @@ class Scan(support.SharedFolderTest):
         camera = (self.folder / "result/recording/camera.txt").read_text()
         self.assertRegex(camera, r"fx 525\n")
         self.assertIn("depth_scale 1000", camera)
-
-    def test_openni_unplugged(self):
-        run = self.run_with(self.openni(HM_OPENNI_FRAMES="30"), "--camera", "openni", "-o", "result", expect=1)
-        self.check_capture(run["capture"])
-        self.assertIn("unplugged", run["error"]["message"])
-        self.check_saved(run["capture"])
-        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
 
     def test_openni_continues_with_new_images(self):
         """The camera is read from its start, after all of the recording was tracked again."""
@@ -259,25 +175,6 @@ class Scan(support.SharedFolderTest):
                                    "--intrinsics", "280", "280", "159.5", "119.5", "--size", "320", "240"], cwd=self.folder,
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for i in range(8)]
         self.assertEqual([scan.wait(timeout=120) for scan in scans], [3] * 8)
-
-    def test_freenect(self):
-        writer = os.environ.get("HM_WRITE_FAKENECT")
-        if not writer or not FAKENECT.is_dir():
-            self.skipTest("no libfreenect with its stand-in")
-        (self.folder / "fake").mkdir()
-        subprocess.run([writer, self.recording, "fake", "40"], cwd=self.folder, check=True, timeout=120)
-        (self.folder / "kinect.toml").write_text(
-            "[depth_camera]\nsize_px = [640, 480]\nfx_px = 525\nfy_px = 525\ncx_px = 319.5\ncy_px = 239.5\n"
-            "[color_camera]\nsize_px = [640, 480]\nfx_px = 525\nfy_px = 525\ncx_px = 319.5\ncy_px = 239.5\n"
-            "[T_color_depth]\nxyz_m = [0, 0, 0]\nquaternion_xyzw = [0, 0, 0, 1]\n"
-            "[depth_disparity]\noffset_per_m = 3.3309495161\nslope_per_m = -0.0030711016\n")
-        run = self.run_with({"LD_LIBRARY_PATH": str(FAKENECT), "FAKENECT_PATH": str(self.folder / "fake")},
-                            "--camera", "freenect", "--calibration", "kinect.toml", "-o", "result", expect=1)
-        self.check_capture(run["capture"])
-        self.assertIn("unplugged?", run["error"]["message"])  # the files have ended
-        self.assertGreater(run["capture"]["tracked"], 5)
-        self.check_saved(run["capture"])
-        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
 
 
 if __name__ == "__main__":
