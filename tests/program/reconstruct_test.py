@@ -30,13 +30,14 @@ class Reconstruct(support.ProgramTest):
         self.run_json("simulate", "room", "-o", "recording", "--sensor", "kinect", "--drift", "--set",
                       "simulation.frame_stride=10", "--set", "simulation.drift_ratio=0.03", "--set",
                       "simulation.drift_yaw_rad_m=0.01")
-        run = self.run_json("reconstruct", "recording", "-o", "aligned", "--align", *PLAIN)
+        run = self.run_json("reconstruct", "recording", "-o", "aligned", "--align", "--voxel", "0.03", *PLAIN)
         alignment = run["alignment"]
         self.assertGreater(alignment["accepted"], 4 * alignment["not_accepted"])
         self.assertLess(alignment["ate_aligned_m"], 0.5 * alignment["ate_given_m"])
         self.assertGreater(alignment["align_ms"]["median"], 0)
         self.assertIn("Alignment", (self.folder / "aligned/report.html").read_text())
-        self.assertNotIn("alignment", self.run_json("reconstruct", "recording", "-o", "given", *PLAIN))
+        self.assertNotIn("alignment", self.run_json("reconstruct", "recording", "-o", "given", *PLAIN, "--set",
+                                                       "reconstruction.frame_limit=4"))
 
     def check_numbers(self, run):
         # The room is 6 x 4 x 2.8 m with walls; the tablet's noise at 4 m is 30 mm.
@@ -123,7 +124,7 @@ class Reconstruct(support.ProgramTest):
 
     def test_default_output_quiet_and_silence(self):
         self.simulate(frames=3)
-        result = self.run_hm("reconstruct", "recording", "--quiet")
+        result = self.run_hm("reconstruct", "recording", "--quiet", *PLAIN)
         self.assertEqual((result.stdout, result.stderr), ("", ""))
         self.assertTrue((self.folder / "recording_reconstruction/mesh.ply").exists())
 

@@ -15,6 +15,9 @@ import urllib.request
 from live_viewer import Viewer
 from support import PROGRAM, ProgramTest
 
+PLAIN = ["--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000"]
+
+
 class ServeTest(ProgramTest):
     def view(self, port):
         viewer = Viewer(port)
@@ -47,7 +50,7 @@ class ServeTest(ProgramTest):
 
     def test_a_run_is_watched_and_its_result_served(self):
         self.simulate(frames=80)
-        process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.02")
+        process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.02", *PLAIN)
         viewer = self.view(port)
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished"))
         self.assertEqual(viewer.last["hello"]["source"]["verb"], "reconstruct")
@@ -78,7 +81,7 @@ class ServeTest(ProgramTest):
 
     def test_what_is_known_of_results_and_replays_is_told(self):
         self.simulate(frames=30)
-        self.run_hm("reconstruct", "recording", "-o", "result", "--voxel", "0.05")
+        self.run_hm("reconstruct", "recording", "-o", "result", "--voxel", "0.05", *PLAIN)
         _, port = self.open("serve", "result", "--listen", "0")
         told = json.loads(self.get(port, "/api/statistics"))
         self.assertIn("voxel_size_m = 0.05", told["parameters"])
@@ -145,7 +148,7 @@ class ServeTest(ProgramTest):
     def test_on_a_terminal_the_link_is_shown_once_and_the_report_offered(self):
         self.simulate(frames=10)
         ours, of_the_run = pty.openpty()
-        process = subprocess.Popen([PROGRAM, "reconstruct", "recording", "-o", "result", "--voxel", "0.06", "--serve=0"], cwd=self.folder,
+        process = subprocess.Popen([PROGRAM, "reconstruct", "recording", "-o", "result", "--voxel", "0.06", "--serve=0", *PLAIN], cwd=self.folder,
                                    stdout=subprocess.PIPE, stderr=of_the_run)
         os.close(of_the_run)
         said, end = "", time.monotonic() + 60

@@ -124,7 +124,8 @@ class Slam(support.SharedFolderTest):
     def test_memory_caps_are_said_and_judged(self):
         run = self.run_json("slam", self.recording, "-o", "result", "--maps", "mvog", "--set", "tsdf.max_map_mb=1", "--set",
                             "mvog.max_map_mb=1", "--set", "mvog.resolution_m=0.01", "--set",
-                            "reconstruction.pictures=false", "--set", "tsdf.voxel_size_m=0.02")
+                            "reconstruction.pictures=false", "--set", "mesh_error.samples=20000", "--set", "tsdf.voxel_size_m=0.02", "--set",
+                            "reconstruction.frame_limit=40")
         self.assertGreater(run["volumes_refused"], 0)
         for parameter in ("tsdf.max_map_mb", "mvog.max_map_mb"):
             self.assertTrue(any(f"cap of 1 MB ({parameter})" in warning for warning in run["warnings"]), run["warnings"])

@@ -3,7 +3,8 @@ import support
 from bent_poses import bent, read_rows, rotated
 
 
-FEWER = ("--set", "reconstruction.frame_stride=2", "--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000")
+PLAIN = ("--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000")
+FEWER = ("--voxel", "0.03", "--set", "reconstruction.frame_stride=2", *PLAIN)
 
 
 class Verdict(support.SharedFolderTest):
@@ -51,8 +52,7 @@ class Verdict(support.SharedFolderTest):
         ahead = rotated(rows[12][4:8], (0, 0, 1))
         for name, bend, limit in (("still", {}, 0), ("roll", {"turn_deg": 6, "axis": ahead}, 1), ("twist", {"turn_deg": 8}, 1), ("shift", {"shift_m": 0.25, "axis": (0, 1, 0)}, 1)):
             (self.folder / "poses.txt").write_text(bent(rows, 0.5, **bend))
-            run = self.run_json("reconstruct", short, "-o", name, "--poses", self.folder / "poses.txt", "--set",
-                                "reconstruction.pictures=false")
+            run = self.run_json("reconstruct", short, "-o", name, "--poses", self.folder / "poses.txt", *PLAIN)
             verdict = run["verdict"]
             self.assertEqual(verdict["visits"]["places"], 0, "nothing else can show it")
             self.assertEqual(verdict["steps"]["compared"], 24)
