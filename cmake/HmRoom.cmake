@@ -160,7 +160,7 @@ function(hm_make_room_test NAME)
 endfunction()
 
 # hm_add_tests(PROGRAM LABEL [FILTER]): one test a case; under sanitizers, where a process takes long to start, two for
-# all cases but those of HmLeftOut.cmake, or for those of a filter of GoogleTest. What each case did is then written to the
+# all cases but those of HmLeftOut.cmake, or four for those of a filter of GoogleTest. What each case did is then written to the
 # folder cases/ (scripts/summarise_tests.py counts it).
 function(hm_add_tests PROGRAM LABEL)
   if(NOT HM_SANITIZE)
@@ -172,14 +172,17 @@ function(hm_add_tests PROGRAM LABEL)
     return()
   endif()
   set(filter *-${hm_left_out_when_sanitized})
+  set(shards 2)
   if(ARGN)
     set(filter ${ARGN})
+    set(shards 4)
   endif()
-  foreach(shard 0 1)
+  math(EXPR last "${shards} - 1")
+  foreach(shard RANGE ${last})
     add_test(NAME ${LABEL}.${shard} COMMAND ${PROGRAM} --gtest_brief=1 --gtest_filter=${filter}
              --gtest_output=xml:${PROJECT_BINARY_DIR}/cases/${LABEL}.${shard}.xml)
     set_tests_properties(${LABEL}.${shard} PROPERTIES LABELS ${LABEL} TIMEOUT 1200 ENVIRONMENT
-      "GTEST_TOTAL_SHARDS=2;GTEST_SHARD_INDEX=${shard};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
+      "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
   endforeach()
 endfunction()
 

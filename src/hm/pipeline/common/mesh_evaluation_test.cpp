@@ -25,11 +25,13 @@ TEST(MeshEvaluation, ErrorsNameTheFileAtFault) {
   const auto truth = read_mesh_truth(folder.path()), no_truth = read_mesh_truth(folder / "points.ply");
   ASSERT_TRUE(truth && no_truth);
   const ParallelLoop loop;
-  EXPECT_TRUE(evaluate_mesh_file(folder / "a.ply", mesh, *truth, {}, loop));
-  const auto of_mesh = evaluate_mesh_file(folder / "a.ply", points, *truth, {}, loop);
+  MeshErrorParams params;
+  params.samples = 1000;
+  EXPECT_TRUE(evaluate_mesh_file(folder / "a.ply", mesh, *truth, params, loop));
+  const auto of_mesh = evaluate_mesh_file(folder / "a.ply", points, *truth, params, loop);
   ASSERT_FALSE(of_mesh);
   EXPECT_EQ(of_mesh.error().where, folder / "a.ply");
-  const auto of_truth = evaluate_mesh_file(folder / "a.ply", mesh, *no_truth, {}, loop);
+  const auto of_truth = evaluate_mesh_file(folder / "a.ply", mesh, *no_truth, params, loop);
   ASSERT_FALSE(of_truth);
   EXPECT_EQ(of_truth.error().where, folder / "points.ply");
 }

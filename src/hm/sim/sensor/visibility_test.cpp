@@ -28,7 +28,7 @@ World wall_and_board(Reflectance board) {
 VisibilityParams tango() {
   VisibilityParams params;
   params.camera = {320, 180, 260, 260, 159.5, 89.5, {}};
-  params.spacing_m = 0.01;
+  params.spacing_m = 0.02;
   return params;
 }
 
@@ -48,7 +48,7 @@ TEST(Visibility, CountsTheAreaThatAViewShows) {
     wall = board = 0;
     for (std::size_t i = 0; i < seen.positions.size(); ++i) {
       ASSERT_LT(seen.normals[i].x(), -0.99f);  // only what faces the camera
-      (seen.positions[i].x() > 1.5f ? wall : board) += 1e-4;
+      (seen.positions[i].x() > 1.5f ? wall : board) += params.spacing_m * params.spacing_m;
     }
     // The footprint of the image at 2 m less the board's shadow, twice its size.
     const double footprint = 320.0 / 260 * 2 * 180.0 / 260 * 2;

@@ -27,8 +27,20 @@ class KeyframeRegistrationTest : public testing::Test {
     return std::sqrt(sum / static_cast<double>(T_map.size()));
   }
 
-  TestDrive run_ = drive(office_world(), two_rounds(), kDriveLaser);
-  ScanGraph2D graph_ = closed_graph(run_);
+  /// Made once in a process.
+  struct Made {
+    TestDrive run = drive(office_world(), two_rounds(), kDriveLaser);
+    ScanGraph2D graph = closed_graph(run);
+    ScanGraph2D::State closed = graph.state();
+  };
+  static Made& made() {
+    static Made once;
+    return once;
+  }
+  void SetUp() override { graph_.restore(made().closed); }
+
+  const TestDrive& run_ = made().run;
+  ScanGraph2D& graph_ = made().graph;
 };
 
 TEST_F(KeyframeRegistrationTest, BringsKeyframesCloserToTheTruth) {
