@@ -146,14 +146,14 @@ class Program(page.PageTest):
 
     def test_a_run_grows(self):
         """What is shown in the end is the whole map of the run."""
-        self.simulate("room", "--sensor", "kinect", "--frames", "240", "-o", "recording")
+        self.simulate("room", "--sensor", "kinect", "--frames", "120", "-o", "recording")
         self.start_browser_and_program("reconstruct", "recording", "-o", "result", "--voxel", "0.015", "--threads", "1", "--serve=0")
         count = f"{VIEW}.mesh.triangleCount"
         with Slowed(self.process):
             self.open_link()
             first = self.wait(f"{count} > 0 && {count}")
             self.assertEqual(self.js("return document.getElementById('source').textContent"), "recording")
-            self.wait("/reconstructing \\d+ of 240/.test(document.getElementById('progress').innerText)")
+            self.wait("/reconstructing \\d+ of 120/.test(document.getElementById('progress').innerText)")
             page.keep_picture(self.driver, "program_growing")
         self.wait(f"{count} > {first} && {VIEW}.paths.points(0).length > 0")
         page.wait_for(self.driver, "document.getElementById('progress').innerText === 'finished'", 240)
