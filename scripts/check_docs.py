@@ -87,6 +87,8 @@ def shortened(line):
         return line + " --duration 4"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
         return line + " --frames 12"
+    if words[1:3] == ["simulate", "office"] and "--frames" not in words:
+        return line + " --frames 150"
     return line
 
 
