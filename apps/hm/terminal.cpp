@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "hm/core/text/counted.hpp"
 #include "output.hpp"
 
 namespace {
@@ -102,7 +103,8 @@ std::string Terminal::progress_text(const hm::Progress& progress, Clock::time_po
   if (progress.total > 0) {
     const double ratio = static_cast<double>(progress.done) / static_cast<double>(progress.total);
     if (interactive_) text += bar_text(ratio);
-    text += fmt::format(" {} of {} ({:.0f} %)", progress.done, progress.total, 100 * ratio);
+    text += fmt::format(" {} of {} ({:.0f} %)", hm::with_thousands(progress.done),
+                        hm::with_thousands(progress.total), 100 * ratio);
     text += rate_text(progress, now);
   }
   if (!progress.details.empty()) text += ", " + progress.details;
