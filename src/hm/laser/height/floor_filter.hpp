@@ -19,9 +19,10 @@ struct FloorLevel {
   Time first_seen, last_seen;
 };
 
-/// Kalman filter of height, climb rate and all floor levels: state [height, climb, level 1, level 2 ...],
-/// metres, m/s. Since every level stays correlated with the height, observing a known floor again removes the
-/// drift accumulated since, and the reference floor anchors the estimate. Fixed capacity, no heap allocation.
+/// Kalman filter of height, climb rate, bias of the measured acceleration and all floor levels: state
+/// [height, climb, bias, level 1, level 2 ...], metres, m/s, m/s^2. Since every level stays correlated with
+/// the height, observing a known floor again removes the drift accumulated since, and the reference floor
+/// anchors the estimate. Fixed capacity, no heap allocation.
 class FloorFilter {
  public:
   static constexpr int kMaxFloors = 32;
@@ -32,8 +33,12 @@ class FloorFilter {
   void start(Time time, double distance_m, double variance_m2);
   [[nodiscard]] bool started() const { return floors_ > 0; }
 
-  /// Predicts the next scan: constant climb rate plus the measured upward acceleration and white noise.
-  void predict(double dt_s, double acceleration_m_s2);
+  /// Predicts the next scan: the climb rate changes by the mean upward acceleration that an IMU measured,
+  /// without its bias, and little noise; or by the noise of HeightParams::acceleration_density_m_s2_sqrt_hz.
+  void predict(double dt_s, const std::optional<double>& acceleration_m_s2);
+
+  /// Whether the last prediction had an acceleration.
+  [[nodiscard]] bool climb_is_measured() const { return climb_is_measured_; }
 
   /// Innovation of a distance measurement to a floor.
   struct Innovation {
@@ -41,7 +46,8 @@ class FloorFilter {
     double variance_m2 = 0;  ///< of the residual
   };
   [[nodiscard]] Innovation innovation(int floor, double distance_m, double variance_m2) const;
-  /// Corrects with a measured distance to `floor`.
+  /// Corrects with a measured distance to `floor`; where the climb is measured, a deviation counts for no
+  /// more than kMostDeviationsRatio: a ramp deviates with every scan, noise does not.
   void correct(int floor, Time time, double distance_m, double variance_m2);
   /// Adds a new floor at this distance and returns its index. At capacity it replaces the floor with the
   /// fewest observations (never the reference or `keep`).
@@ -58,16 +64,18 @@ class FloorFilter {
   [[nodiscard]] std::optional<int> index_of(int id) const;
 
  private:
-  static constexpr int kMaxStates = kMaxFloors + 1;  // the reference is not a state
+  static constexpr int kMaxStates = kMaxFloors + 2;  // the reference is not a state
   using Mean = Eigen::Matrix<double, kMaxStates, 1>;
   using Covariance = Eigen::Matrix<double, kMaxStates, kMaxStates>;
-  [[nodiscard]] int states() const { return floors_ + 1; }
+  [[nodiscard]] int states() const { return floors_ + 2; }
+  [[nodiscard]] static int state_of(int floor) { return floor + 2; }
 
   HeightParams params_;
   Mean mean_ = Mean::Zero();
   Covariance covariance_ = Covariance::Zero();
   std::array<FloorLevel, kMaxFloors> records_{};  // level and std are in mean_ and covariance_
   int floors_ = 0, next_id_ = 0;
+  bool climb_is_measured_ = false;
 };
 
 }  // namespace hm

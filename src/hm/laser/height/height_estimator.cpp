@@ -26,15 +26,18 @@ HeightEstimator::HeightEstimator(const HeightParams& params, SurfaceSide side)
     : params_(params), side_(side), filter_(params) {}
 
 HeightEstimate HeightEstimator::update(const LaserScan& scan, const LaserRig::Mirror& mirror,
-                                       const SweepAttitude& attitude, double acceleration_m_s2) {
+                                       const SweepAttitude& attitude,
+                                       const std::optional<double>& acceleration_m_s2) {
   return update(mirror_distances(scan, mirror, attitude, side_), acceleration_m_s2);
 }
 
-HeightEstimate HeightEstimator::update(const MirrorDistances& scan, double acceleration_m_s2) {
+HeightEstimate HeightEstimator::update(const MirrorDistances& scan,
+                                       const std::optional<double>& acceleration_m_s2) {
   HeightEstimate ignored = last_;
   ignored.event = FloorEvent::kNone;
   ignored.step_m = 0;
-  if (!std::isfinite(scan.tilt_rad) || !std::isfinite(acceleration_m_s2) || !all_finite(scan.distances_m)) {
+  if (!std::isfinite(scan.tilt_rad) || !std::isfinite(acceleration_m_s2.value_or(0)) ||
+      !all_finite(scan.distances_m)) {
     ignored.status = HeightStatus::kInvalidInput;
     return ignored;
   }
@@ -43,7 +46,8 @@ HeightEstimate HeightEstimator::update(const MirrorDistances& scan, double accel
     return ignored;
   }
   if (filter_.started()) {
-    const double up_m_s2 = side_ == SurfaceSide::kFloor ? acceleration_m_s2 : -acceleration_m_s2;
+    std::optional<double> up_m_s2 = acceleration_m_s2;
+    if (up_m_s2 && side_ == SurfaceSide::kCeiling) up_m_s2 = -*up_m_s2;
     filter_.predict((scan.stamp - last_.stamp).seconds(), up_m_s2);
   }
   any_scan_ = true;
@@ -98,6 +102,13 @@ double HeightEstimator::variance_m2(const HeightMode& mode) const {
   return noise_m2 + square(params_.kLevelStd_m) + kEdgePull * excess_m2 + square(unexplained_m);
 }
 
+/// The same of a sighting of a floor. Where an IMU tells the climb, one that is not confirmed counts little:
+/// it may be part of a ramp, which would pull the height a little with each scan.
+double HeightEstimator::variance_m2(const HeightMode& mode, const FloorLevel& floor) const {
+  const double ramp_m = filter_.climb_is_measured() && !floor.confirmed ? params_.kRampStd_m : 0;
+  return variance_m2(mode) + ramp_m * ramp_m;
+}
+
 int HeightEstimator::best_floor(const HeightMode& mode, const Sightings& taken) const {
   int best = -1;
   double best_chi2 = std::numeric_limits<double>::infinity();
@@ -106,7 +117,7 @@ int HeightEstimator::best_floor(const HeightMode& mode, const Sightings& taken) 
     if (std::any_of(taken.begin(), taken.end(),
                     [&](const Sighting& other) { return other.floor_id == floor.id; }))
       continue;
-    const auto seen = filter_.innovation(i, mode.distance_m, variance_m2(mode));
+    const auto seen = filter_.innovation(i, mode.distance_m, variance_m2(mode, floor));
     const double sigma_m = std::sqrt(seen.variance_m2);
     if (std::abs(seen.residual_m) > std::max(params_.min_step_m, params_.kStepSigmasRatio * sigma_m))
       continue;
@@ -128,7 +139,7 @@ HeightEstimator::Sightings HeightEstimator::associate(Time time, const HeightMod
       const HeightMode& mode = modes.modes[static_cast<std::size_t>(i)];
       int floor = best_floor(mode, seen);
       if (floor >= 0) {
-        filter_.correct(floor, time, mode.distance_m, variance_m2(mode));
+        filter_.correct(floor, time, mode.distance_m, variance_m2(mode, filter_.floor(floor)));
       } else if (add_new) {
         floor =
             filter_.add(time, mode.distance_m, variance_m2(mode), filter_.index_of(current_id_).value_or(0));

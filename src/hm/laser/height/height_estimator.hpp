@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "hm/laser/height/floor_filter.hpp"
@@ -47,18 +48,19 @@ struct HeightEstimate {
 /// height at that time (floor_filter.hpp), and confirms it after `confirm_sightings` observations. Hence the
 /// motion between scans does not leak into the floor level, and a floor is recognised when flown over again.
 ///
-/// Steps below `min_step_m` and ramps are taken as climb. Not thread safe; update() allocates only the
-/// readings of the scan.
+/// Steps below `min_step_m` are taken as climb, and so are ramps where no IMU measures the vertical
+/// acceleration: with one, a surface that rises by 0.3 m/s and more without it becomes a row of
+/// floors. Not thread safe; update() allocates only the readings of the scan.
 class HeightEstimator {
  public:
   explicit HeightEstimator(const HeightParams& params = {}, SurfaceSide side = SurfaceSide::kFloor);
 
   /// Processes the mirrored beams of one scan. `acceleration_m_s2` is the mean upward acceleration since the
-  /// previous scan (without gravity) if measured by an IMU, else 0.
+  /// previous scan (without gravity), if an IMU measured it.
   HeightEstimate update(const LaserScan& scan, const LaserRig::Mirror& mirror, const SweepAttitude& attitude,
-                        double acceleration_m_s2 = 0);
+                        const std::optional<double>& acceleration_m_s2 = {});
   /// One scan that is given as vertical distances already; `acceleration_m_s2` as above.
-  HeightEstimate update(const MirrorDistances& scan, double acceleration_m_s2 = 0);
+  HeightEstimate update(const MirrorDistances& scan, const std::optional<double>& acceleration_m_s2 = {});
 
   /// Confirmed floors, sorted by level.
   [[nodiscard]] std::vector<FloorLevel> profile() const;
@@ -72,6 +74,7 @@ class HeightEstimator {
   using Sightings = std::array<Sighting, HeightModes::kMax>;
   HeightEstimate finish(HeightStatus status, const HeightModes& modes);
   [[nodiscard]] double variance_m2(const HeightMode& mode) const;
+  [[nodiscard]] double variance_m2(const HeightMode& mode, const FloorLevel& floor) const;
   [[nodiscard]] int best_floor(const HeightMode& mode, const Sightings& taken) const;
   Sightings associate(Time time, const HeightModes& modes);
   void forget_unconfirmed();

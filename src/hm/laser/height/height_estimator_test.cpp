@@ -4,7 +4,10 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
+#include "hm/core/rng.hpp"
 #include "hm/laser/height/histogram_height.hpp"
 #include "hm/laser/testing/floor_flight.hpp"
 
@@ -151,7 +154,8 @@ TEST(HeightEstimator, KnownAccelerationHelps) {
       const double acceleration = i >= 40 && i < 44 ? 40 : 0;
       height += 0.025 * climb + 0.5 * 0.025 * 0.025 * acceleration;
       climb += 0.025 * acceleration;
-      estimator.update(readings(0.025 * i, {{height, 20}}), given ? acceleration : 0);
+      estimator.update(readings(0.025 * i, {{height, 20}}),
+                       given ? std::optional(acceleration) : std::nullopt);
     }
     if (given) {
       EXPECT_NEAR(estimator.last().height_m, height, 0.01);
@@ -159,6 +163,36 @@ TEST(HeightEstimator, KnownAccelerationHelps) {
     } else {
       EXPECT_GT(std::abs(estimator.last().height_m - height), 0.05);
     }
+  }
+}
+
+/// Hovers while the surface below rises for 1.2 s and ends in an edge, three times; an accelerometer with
+/// noise and a bias. The error of the height at the end, and the largest.
+std::pair<double, double> errors_over_ramps(double slope_m_s, std::uint64_t seed, bool with_imu) {
+  constexpr double kHeight_m = 1.5, kBias_m_s2 = 0.15;
+  HeightEstimator estimator;
+  Rng rng(seed);
+  double largest_m = 0, now_m = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double time = 0.025 * i, on_ramp = std::fmod(time, 5) - 3;
+    const double level = on_ramp > 0 && on_ramp < 1.2 ? slope_m_s * on_ramp : 0;
+    const auto scan = readings(time, {{kHeight_m - level + rng.normal(0, 0.002), 20}});
+    const double acceleration_m_s2 = kBias_m_s2 + rng.normal(0, 0.03);
+    const auto estimate = estimator.update(scan, with_imu ? std::optional(acceleration_m_s2) : std::nullopt);
+    now_m = std::abs(estimate.height_m - kHeight_m);
+    largest_m = std::max(largest_m, now_m);
+  }
+  return {now_m, largest_m};
+}
+
+TEST(HeightEstimator, ARampIsNoClimbWhereAnImuTellsTheClimb) {
+  for (const double slope_m_s : {0.2, 0.5, 1.2}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const auto [end_m, largest_m] = errors_over_ramps(slope_m_s, seed, true);
+      EXPECT_LT(end_m, 0.1) << slope_m_s << " m/s, seed " << seed;
+      EXPECT_LT(largest_m, 0.12) << slope_m_s << " m/s, seed " << seed;
+    }
+    EXPECT_GT(errors_over_ramps(slope_m_s, 1, false).first, 3.3 * slope_m_s) << "without one it is";
   }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "hm/core/rng.hpp"
@@ -155,27 +156,36 @@ TEST(MirrorDistances, LeavesOutWhatIsNoReading) {
   EXPECT_TRUE(std::isnan(mirror_distances(scan, straight_down(8), broken, SurfaceSide::kFloor).tilt_rad));
 }
 
-/// The joint filter written down on dense matrices: [height, climb, levels...].
+/// The joint filter written down on dense matrices: [height, climb, bias, levels...].
 struct DenseFloors {
   Eigen::VectorXd x;
   Eigen::MatrixXd p;
-  void predict(double dt, double density, double a) {
+  bool measured = false;
+  /// With an acceleration that is measured, or nothing.
+  void predict(double dt, const HeightParams& params, const std::optional<double>& a) {
+    const double density =
+        std::pow(a ? params.kMeasuredDensity_m_s2_sqrt_hz : params.acceleration_density_m_s2_sqrt_hz, 2);
     Eigen::MatrixXd f = Eigen::MatrixXd::Identity(x.size(), x.size()),
                     q = Eigen::MatrixXd::Zero(x.size(), x.size());
     f(0, 1) = dt;
     q(0, 0) = density * dt * dt * dt / 3;
     q(0, 1) = q(1, 0) = density * dt * dt / 2;
     q(1, 1) = density * dt;
+    q(2, 2) = std::pow(params.kBiasDensity_m_s2_sqrt_s, 2) * dt;
+    measured = a.has_value();
+    if (a) f(0, 2) = -0.5 * dt * dt, f(1, 2) = -dt;
     x = f * x;
-    x(0) += 0.5 * dt * dt * a;
-    x(1) += dt * a;
+    x(0) += 0.5 * dt * dt * a.value_or(0);
+    x(1) += dt * a.value_or(0);
     p = f * p * f.transpose() + q;
   }
   void correct(int floor, double d, double r) {
     Eigen::RowVectorXd h = Eigen::RowVectorXd::Zero(x.size());
     h(0) = 1;
-    if (floor > 0) h(floor + 1) = -1;
-    const double s = h * p * h.transpose() + r;
+    if (floor > 0) h(floor + 2) = -1;
+    const double residual = d - h * x;
+    double s = h * p * h.transpose() + r;
+    if (measured) s = std::max(s, residual * residual / std::pow(HeightParams::kMostDeviationsRatio, 2));
     const Eigen::VectorXd k = p * h.transpose() / s;
     x += k * (d - h * x);
     p -= k * s * k.transpose();
@@ -191,7 +201,7 @@ struct DenseFloors {
     p(n, n) += r;
   }
   void remove(int floor) {
-    const Eigen::Index n = x.size(), gone = floor + 1;
+    const Eigen::Index n = x.size(), gone = floor + 2;
     Eigen::MatrixXd keep = Eigen::MatrixXd::Zero(n - 1, n);
     for (Eigen::Index i = 0, j = 0; j < n; ++j)
       if (j != gone) keep(i++, j) = 1;
@@ -203,14 +213,15 @@ struct DenseFloors {
 TEST(FloorFilter, IsTheTextbookFilterOfHeightAndFloors) {
   HeightParams params;
   FloorFilter filter(params);
-  const double density = std::pow(params.acceleration_density_m_s2_sqrt_hz, 2);
   filter.start({}, 1.5, 1e-4);
-  DenseFloors dense{Eigen::Vector2d(1.5, 0), Eigen::Vector2d(1e-4, 1).asDiagonal()};
+  DenseFloors dense{Eigen::Vector3d(1.5, 0, 0),
+                    Eigen::Vector3d(1e-4, 1, std::pow(params.kInitialBiasStd_m_s2, 2)).asDiagonal()};
   Rng rng(6);
   for (int i = 0; i < 3000; ++i) {
-    const double dt = rng.uniform(0.01, 0.05), a = rng.normal();
+    const double dt = rng.uniform(0.01, 0.05);
+    const auto a = rng.below(3) > 0 ? std::optional(rng.normal()) : std::nullopt;
     filter.predict(dt, a);
-    dense.predict(dt, density, a);
+    dense.predict(dt, params, a);
     const auto choice = rng.below(20);
     const double r = rng.uniform(1e-6, 1e-4);
     if (choice == 0 && filter.floors() < 10) {
@@ -223,17 +234,17 @@ TEST(FloorFilter, IsTheTextbookFilterOfHeightAndFloors) {
       dense.remove(floor);
     } else {
       const int floor = static_cast<int>(rng.below(static_cast<std::uint32_t>(filter.floors())));
-      const double d = dense.x(0) - (floor > 0 ? dense.x(floor + 1) : 0) + rng.normal(0, 0.01);
+      const double d = dense.x(0) - (floor > 0 ? dense.x(floor + 2) : 0) + rng.normal(0, 0.01);
       filter.correct(floor, {}, d, r);
       dense.correct(floor, d, r);
     }
     ASSERT_NEAR(filter.height_m(), dense.x(0), 1e-8);
     ASSERT_NEAR(filter.climb_m_s(), dense.x(1), 1e-8);
     ASSERT_NEAR(filter.height_std_m(), std::sqrt(dense.p(0, 0)), 1e-8);
-    ASSERT_EQ(filter.floors() + 1, dense.x.size());
+    ASSERT_EQ(filter.floors() + 2, dense.x.size());
     for (int k = 1; k < filter.floors(); ++k) {
-      ASSERT_NEAR(filter.floor(k).level_m, dense.x(k + 1), 1e-8);
-      ASSERT_NEAR(filter.floor(k).std_m, std::sqrt(dense.p(k + 1, k + 1)), 1e-8);
+      ASSERT_NEAR(filter.floor(k).level_m, dense.x(k + 2), 1e-8);
+      ASSERT_NEAR(filter.floor(k).std_m, std::sqrt(dense.p(k + 2, k + 2)), 1e-8);
     }
   }
 }

@@ -31,6 +31,14 @@ struct HeightParams {
   /// Unconfirmed levels are dropped after this many scans without observation.
   static constexpr int kForgetUnseenScans = 10;
   double acceleration_density_m_s2_sqrt_hz = 0.4;
+  /// Where an IMU measures the vertical acceleration: density of what it does not measure, small enough that
+  /// a ramp underneath is no climb; its bias, and how that changes with temperature and the error of the
+  /// attitude.
+  static constexpr double kMeasuredDensity_m_s2_sqrt_hz = 0.005;
+  static constexpr double kInitialBiasStd_m_s2 = 0.3, kBiasDensity_m_s2_sqrt_s = 0.005;
+  /// Then a sighting deviates by so many standard deviations at most, and one of a level that is not
+  /// confirmed yet has this one besides: it may be part of a ramp.
+  static constexpr double kMostDeviationsRatio = 2, kRampStd_m = 0.1;
   /// Standard deviation of the climb rate at the first reading.
   static constexpr double kInitialClimbStd_m_s = 1.0;
 
@@ -65,8 +73,8 @@ struct HeightParams {
       self.min_step_m);
     v(ParamDoc{"acceleration_density_m_s2_sqrt_hz",
                {0.001, 100},
-               "density of unmeasured vertical acceleration, (m/s^2)/sqrt(Hz); larger follows motion faster, "
-               "with more noise"},
+               "density of the vertical acceleration without an IMU, (m/s^2)/sqrt(Hz); larger follows motion "
+               "faster, with more noise"},
       self.acceleration_density_m_s2_sqrt_hz);
   }
 };

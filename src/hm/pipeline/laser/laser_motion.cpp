@@ -9,6 +9,8 @@ namespace hm {
 namespace {
 
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
+/// An accelerometer that does not measure gravity, or in other units, seems to fall.
+constexpr double kMostUpward_m_s2 = 6;
 constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
 constexpr std::size_t kOdometryKept = 4096, kJumpsKept = 64;
 /// Odometry that is read less often tells nothing of tenths of a second.
@@ -44,9 +46,39 @@ Mat3 LaserMotion::R_world_base_of(const ImuSample& sample) {
 void LaserMotion::add_imu(const ImuSample& sample) {
   const FusionStatus status = estimator_.add_imu(sample);
   if (status == FusionStatus::kInvalid || status == FusionStatus::kTimeBackwards) return;
-  if (!attitude_.add(sample.stamp, R_world_base_of(sample))) return;
+  const Mat3 R_world_base = R_world_base_of(sample);
+  if (!attitude_.add(sample.stamp, R_world_base)) return;
+  add_climb(sample, R_world_base);
   newest_imu_ = sample.stamp;
   any_imu_ = true;
+}
+
+/// Sums up the upward acceleration, taken as that of the sample since the one before.
+void LaserMotion::add_climb(const ImuSample& sample, const Mat3& R_world_base) {
+  double climb_m_s = 0;
+  if (!climbs_.empty()) {
+    const double up_m_s2 =
+        (R_world_base * (T_base_imu_.rotation() * sample.specific_force_m_s2)).z() - kGravity_m_s2;
+    climb_m_s = climbs_.back().second + up_m_s2 * (sample.stamp - climbs_.back().first).seconds();
+  }
+  climbs_.emplace_back(sample.stamp, climb_m_s);
+  while (climbs_.front().first < sample.stamp - Duration::from_seconds(kAttitudeKept_s)) climbs_.pop_front();
+}
+
+std::optional<double> LaserMotion::climb_at(Time stamp) const {
+  const auto after = std::ranges::lower_bound(climbs_, stamp, {}, &std::pair<Time, double>::first);
+  if (after == climbs_.begin() || after == climbs_.end()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double gap_s = (after->first - before->first).seconds();
+  if (gap_s > kAttitudeMaxGap_s) return std::nullopt;
+  return std::lerp(before->second, after->second, (stamp - before->first).seconds() / gap_s);
+}
+
+std::optional<double> LaserMotion::upward_acceleration(Time begin, Time end) const {
+  const auto first = climb_at(begin), last = climb_at(end);
+  if (!(end > begin) || !first || !last) return std::nullopt;
+  const double mean_m_s2 = (*last - *first) / (end - begin).seconds();
+  return std::abs(mean_m_s2) < kMostUpward_m_s2 ? std::optional(mean_m_s2) : std::nullopt;
 }
 
 void LaserMotion::add_odometry(const StampedPose& T_odom_base) {

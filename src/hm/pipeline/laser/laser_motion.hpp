@@ -30,6 +30,9 @@ class LaserMotion {
   [[nodiscard]] const AttitudeHistory* attitude() const { return any_imu_ ? &attitude_ : nullptr; }
   /// Level when there is no IMU, or where it is silent.
   [[nodiscard]] SweepAttitude sweep_attitude(Time begin, Time end) const;
+  /// Mean upward acceleration (m/s^2, without gravity) between two moments, as the IMU measured it; nothing
+  /// where it does not reach, or what it measures is no acceleration with gravity.
+  [[nodiscard]] std::optional<double> upward_acceleration(Time begin, Time end) const;
   /// Where the odometry was when a scan with this stamp was measured: earlier by odometry_delay().
   [[nodiscard]] std::optional<SE3> odometry_at(Time stamp) const;
   /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the base frame, as odometry that is read often measured it
@@ -47,6 +50,8 @@ class LaserMotion {
 
  private:
   [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
+  void add_climb(const ImuSample& sample, const Mat3& R_world_base);
+  [[nodiscard]] std::optional<double> climb_at(Time stamp) const;
   [[nodiscard]] bool odometry_jumped(Time begin, Time end) const;
   [[nodiscard]] std::optional<SE2> frequent_odometry_at(Time stamp) const;
 
@@ -56,6 +61,7 @@ class LaserMotion {
   AttitudeHistory attitude_;
   bool any_imu_ = false;
   Time newest_imu_;
+  std::deque<std::pair<Time, double>> climbs_;  // of the accelerometer alone: m/s since the first sample
   double yaw_rad_ = 0;  // of the gyroscope alone: continuous, whatever the fusion corrects
   Trajectory odometry_;
   /// Stamps of the readings before and after the last jumps.

@@ -7,6 +7,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/planar_covariance.hpp"
+#include "hm/laser/height/height_hypotheses.hpp"
 #include "hm/pipeline/laser/laser_motion.hpp"
 #include "hm/slam/laser/motion/free_direction_search.hpp"
 #include "hm/slam/laser/motion/motion_search.hpp"
@@ -119,7 +120,7 @@ struct LaserPipeline::State {
   int scans_without_velocity = 0;  // so many more
   LaserMapFrame map_frame;
   ScanVisits visits;
-  HeightEstimator floor, ceiling;
+  HeightHypotheses floor, ceiling;
   MultiVolumeGrid grid;
   SweepPoints points;
   std::vector<std::optional<Time>> last_stamps;  // of each laser
@@ -232,8 +233,12 @@ void LaserPipeline::State::estimate_height(const LaserScan& scan, LaserStep& ste
   }
   if (!rig().down && !rig().up) return;
   const SweepAttitude attitude = motion.sweep_attitude(scan.stamp, end_of(scan));
-  if (rig().down) step.height = floor.update(scan, *rig().down, attitude);
-  if (rig().up) ceiling.update(scan, *rig().up, attitude);
+  const auto update = [&](HeightHypotheses& surface, const LaserRig::Mirror& mirror) {
+    const MirrorDistances distances = mirror_distances(scan, mirror, attitude, surface.side());
+    return surface.update(distances, motion.upward_acceleration(surface.last().stamp, distances.stamp));
+  };
+  if (rig().down) step.height = update(floor, *rig().down);
+  if (rig().up) update(ceiling, *rig().up);
 }
 
 /// Measures the height with the readings until then; level where no IMU reaches.
@@ -242,7 +247,8 @@ void LaserPipeline::State::process_ranges(Time until) {
     const RangeReading& reading = waiting_ranges.front();
     const auto attitude = motion.attitude() ? motion.attitude()->at(reading.stamp) : std::nullopt;
     const auto estimate =
-        floor.update(range_distance(reading, *rig().T_base_range, attitude.value_or(Mat3::Identity())));
+        floor.update(range_distance(reading, *rig().T_base_range, attitude.value_or(Mat3::Identity())),
+                     motion.upward_acceleration(floor.last().stamp, reading.stamp));
     ++range_counts.processed;
     if (estimate.status != HeightStatus::kOk) continue;
     ++range_counts.used;
