@@ -15,6 +15,15 @@ SMALL = """return [...document.querySelectorAll('button, select, a.button')].fil
     .map(e => [e.textContent.trim() || e.getAttribute('aria-label'), e.getBoundingClientRect()])
     .filter(([name, box]) => Math.min(box.width, box.height) < 30).map(([name]) => name)"""
 
+# Pairs of what lies over the model or around it and covers the other; what is in a panel may be scrolled away.
+COVERED = """const shown = [...document.querySelectorAll('button, select, input, a.button, .word, #hint, #coverage > div, .stick')]
+    .filter(e => e.checkVisibility() && !e.closest('dialog, #pages')).map(e => [e, e.getBoundingClientRect()]);
+  const name = e => e.getAttribute('aria-label') || e.textContent.trim();
+  return shown.flatMap(([one, a], i) => shown.slice(0, i).filter(([other, b]) =>
+    Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
+    .map(([other]) => `${name(one)} on ${name(other)}`));"""
+UPRIGHT, ON_ITS_SIDE = ((360, 640), page.PHONE), ((640, 360), page.PHONE_LANDSCAPE)
+
 
 class Phone(page.PageTest):
     def test_fits_and_is_moved_by_fingers(self):
@@ -42,6 +51,37 @@ class Phone(page.PageTest):
         self.touch("touchEnd")
         self.wait(f"{rig}[1] < 0.7 * {distance}")
         self.assertEqual(self.errors(), [])
+
+    def test_nothing_covers_anything_beside_the_replay(self):
+        for size in (*UPRIGHT, *ON_ITS_SIDE, (1024, 600), page.DESK):
+            phone = min(size) < 480
+            self.start("--pilot", "--replay", size=size, phone=phone)
+            self.wait("!document.getElementById('replay').hidden")
+            self.wait("document.querySelectorAll('#coverage > div').length >= 6 && document.querySelectorAll('.word').length >= 2")
+            for tab in ("", "Fly", "View"):
+                if tab:
+                    self.tab(tab)
+                    time.sleep(0.3)
+                page.keep_picture(self.driver, f"replay_{size[0]}_{size[1]}_{tab or 'first'}")
+                self.assertEqual(self.js(COVERED), [], (size, tab))
+                self.assertEqual(self.js(OVERFLOW), [False, False], (size, tab))
+            self.driver.quit()
+            self.server.close()
+
+    def test_nothing_covers_anything_beside_the_sticks(self):
+        for size in ON_ITS_SIDE:
+            self.start("--pilot", size=size, phone=True)
+            self.tab("Fly")
+            self.press("Take control")
+            self.wait("!document.getElementById('sticks').hidden")
+            for open_panel in (True, False):
+                if not open_panel:
+                    self.tab("Fly")
+                    self.wait("document.getElementById('panel').dataset.open === 'false'")
+                page.keep_picture(self.driver, f"sticks_{size[0]}_{open_panel}")
+                self.assertEqual(self.js(COVERED), [], (size, open_panel))
+            self.driver.quit()
+            self.server.close()
 
     def test_lies_on_its_side(self):
         self.start("--pilot", size=page.PHONE_LANDSCAPE, phone=True)
