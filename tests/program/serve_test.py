@@ -70,6 +70,8 @@ class ServeTest(ProgramTest):
         self.assertGreater(viewer.last["telemetry"]["coverage"]["share"], 0.05)
         status = json.loads(self.get(port, "/api/status"))
         self.assertIn("telemetry", status)
+        self.assertGreater(status["memory"]["process"], 1e6)
+        self.assertLess(status["memory"]["heap"], status["memory"]["process"])
         (self.folder / "exported.ply").write_bytes(self.get(port, "/api/mesh.ply"))
         self.assertGreater(self.run_json("info", "exported.ply")["triangles"], 1000)
         self.assertTrue(self.get(port, "/api/mesh.glb").startswith(b"glTF"))

@@ -9,8 +9,10 @@
 #include "hm/core/json_value.hpp"
 #include "hm/core/parallel.hpp"
 #include "hm/core/params.hpp"
+#include "hm/core/process_memory.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/core/statistics.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/core/time.hpp"
 
 namespace hm {
@@ -229,6 +231,19 @@ TEST(Fnv1a, AgreesWithPublishedValues) {
   EXPECT_EQ(fnv1a(std::string_view("")), 0xcbf29ce484222325u);
   EXPECT_EQ(fnv1a(std::string_view("a")), 0xaf63dc4c8601ec8cu);
   EXPECT_EQ(fnv1a(std::string_view("foobar")), 0x85944171f73967e8u);
+}
+
+TEST(ProcessMemory, TheHeapCountsSmallAndLargeBlocksUntilTheyAreFreed) {
+  if (test::kSanitized || heap_bytes() == 0)
+    GTEST_SKIP() << "another allocator, or a C library that does not tell";
+  const std::size_t before = heap_bytes();
+  for (const std::size_t size : {std::size_t{1} << 12, std::size_t{1} << 26}) {
+    std::vector<std::vector<char>> blocks((std::size_t{1} << 26) / size, std::vector<char>(size));
+    EXPECT_GT(heap_bytes(), before + (std::size_t{1} << 26)) << size;
+    EXPECT_LT(heap_bytes(), before + (std::size_t{1} << 26) + (std::size_t{1} << 22)) << size;
+    blocks.clear();
+    EXPECT_LT(heap_bytes(), before + (std::size_t{1} << 20)) << size;
+  }
 }
 
 TEST(CheckDeathTest, PrintsTheValues) { EXPECT_DEATH(HM_CHECK(1 > 2, "n = {}", 7), "1 > 2: n = 7"); }

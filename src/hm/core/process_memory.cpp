@@ -21,6 +21,15 @@ std::size_t peak_resident_bytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
+std::size_t heap_bytes() {
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  const auto use = mallinfo2();
+  return use.uordblks + use.hblkhd;  // in the arenas, and mapped alone
+#else
+  return 0;
+#endif
+}
+
 void trim_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -6,6 +6,10 @@ namespace hm {
 /// Resident set size of this process in bytes, now and at its peak; 0 where the system does not report it.
 std::size_t resident_bytes();
 std::size_t peak_resident_bytes();
+/// Bytes in blocks that the program holds from the allocator, on all threads, and the few that each thread's
+/// cache of freed blocks keeps; unlike the resident set without what was freed and not given back to the
+/// system. 0 where the C library does not report it (glibc does since 2.33).
+std::size_t heap_bytes();
 
 /// Returns freed memory to the system. The allocator retains freed small blocks, which after a large map can
 /// exceed the memory that the next stage needs.

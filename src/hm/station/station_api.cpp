@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hm/core/process_memory.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
 
@@ -97,11 +98,14 @@ WebResponse status_response(const LiveStore& store, const std::string& hello, co
   for (std::size_t i = 0; i < RefusalCounts::kNames.size(); ++i)
     refused[RefusalCounts::kNames[i]] =
         static_cast<std::int64_t>(clients.refused.of(static_cast<Refused>(i)));
-  return WebResponse::of_text(200,
-                              fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{},\"refused\":{}}}\n",
-                                          hello, newest_json(store, LiveKind::kTelemetry, "null"),
-                                          clients.viewers, to_json_text(refused, JsonStyle::kCompact)),
-                              kJson);
+  const JsonValue memory = JsonValue::object(
+      {{"process", static_cast<double>(resident_bytes())}, {"heap", static_cast<double>(heap_bytes())}});
+  return WebResponse::of_text(
+      200,
+      fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{},\"refused\":{},\"memory\":{}}}\n", hello,
+                  newest_json(store, LiveKind::kTelemetry, "null"), clients.viewers,
+                  to_json_text(refused, JsonStyle::kCompact), to_json_text(memory, JsonStyle::kCompact)),
+      kJson);
 }
 
 WebResponse statistics_response(const LiveStore& store) {

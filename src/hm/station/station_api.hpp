@@ -50,7 +50,7 @@ struct StationClients {
   RefusalCounts refused;
 };
 
-/// `/api/status`: hello, telemetry, number of viewers, and what was refused.
+/// `/api/status`: hello, telemetry, number of viewers, what was refused, and the memory in use now.
 WebResponse status_response(const LiveStore& store, const std::string& hello, const StationClients& clients);
 /// `/api/statistics`: the newest statistics and the parameters, as one object.
 WebResponse statistics_response(const LiveStore& store);

@@ -49,6 +49,10 @@ TEST(Station, AnswersStatus) {
   const auto status = client.get("/api/status");
   EXPECT_EQ(status.status, 200);
   EXPECT_THAT(status.body, HasSubstr(R"("telemetry":{"state":"running"},"viewers":0)"));
+  const auto json = parse_json(status.body, "status");
+  ASSERT_TRUE(json);
+  EXPECT_GT(json->find("memory")->number_at("process", 0), 1e6);
+  EXPECT_GE(json->find("memory")->number_at("heap", -1), 0);
   const auto missing = client.get("/api/mesh.ply");
   EXPECT_EQ(missing.status, 404);
   EXPECT_EQ(missing.body, "/api/mesh.ply: there is no such file here\n");
