@@ -15,6 +15,8 @@ namespace {
 constexpr std::size_t kPathChunk = 512;  // points of a frame
 /// A path grows by a point when the sensor has moved so far.
 constexpr double kPathStep_m = 0.02;
+/// Memory of more volumes is not kept for the next ones: they come when a thread was held up, at any time.
+constexpr std::size_t kKeptVolumes = 1024;
 
 std::uint64_t path_slot(LivePath which, std::size_t chunk) {
   return static_cast<std::uint64_t>(which) << 32U | chunk;
@@ -90,6 +92,7 @@ bool StationView::catch_up() {
   }
   shown_.cameras.clear();
   shown_.volumes.clear();
+  if (shown_.volumes.capacity() > kKeptVolumes) shown_.volumes.shrink_to_fit();
   shown_.counts.clear();
   shown_.progress.reset();
   shown_.statistics.reset();

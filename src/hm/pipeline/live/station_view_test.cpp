@@ -11,6 +11,8 @@
 #include <string>
 #include <variant>
 
+#include "hm/core/process_memory.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
@@ -164,6 +166,24 @@ TEST(StationView, LosesNothingOfFramesThatComeFasterThanTheyAreLookedAt) {
             static_cast<std::uint32_t>(kFrames));
   EXPECT_EQ(now.json(LiveKind::kTelemetry).find("progress")->number_at("done", 0), kFrames);
   EXPECT_EQ(now.json(LiveKind::kStatistics).find("stages")->number_at("stage", 0), 2.5);
+}
+
+TEST(StationView, KeepsNoMemoryOfManyVolumesThatCameAtOnce) {
+  if (test::kSanitized || heap_bytes() == 0)
+    GTEST_SKIP() << "another allocator, or a C library that does not tell";
+  LiveStore store;
+  StationView view(store);
+  DensePipeline pipeline(coarse(), kCamera, 1);
+  pipeline.process(view_of_wall(0, 1));
+  const std::vector<VolumeKey> keys(20'000, pipeline.mesher().volumes().front()->key());
+  view.on_mesh(pipeline.mesher(), std::span(keys).first(100));
+  view.flush();
+  const std::size_t before = heap_bytes();
+  for (int time = 0; time < 4; ++time) {  // through both buffers
+    view.on_mesh(pipeline.mesher(), keys);
+    view.flush();
+  }
+  EXPECT_LT(heap_bytes(), before + 300'000);
 }
 
 TEST(StationView, ACorrectedPathReplacesALongerOne) {
