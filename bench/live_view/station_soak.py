@@ -1,8 +1,11 @@
 """An hour of a replayed scan, over and over, with a fast viewer, five slow ones and one that is killed every ten seconds."""
 import contextlib
+import json
+import math
+import statistics
 import threading
 import time
-from pathlib import Path
+import urllib.request
 
 from page_rows import port_of, run, served
 from live_viewer import Viewer
@@ -13,6 +16,8 @@ SLOW_BYTES_PER_S, SLOW = 300_000, 5
 KILL_AFTER_S = 10
 SETTLE_S = 60
 REST_S = 3  # without a change of the model
+HEAP_REST_S = 1  # without a change of the memory
+CERTAIN = 4  # standard errors: less is not told from chance
 
 
 class Watcher(threading.Thread):
@@ -40,30 +45,26 @@ class Watcher(threading.Thread):
         self.viewer.close()
 
 
-def kill_often(port, done, count):
-    """Viewers that vanish without a word."""
-    while not done.is_set():
-        watcher = Watcher(port)
-        done.wait(KILL_AFTER_S)
-        watcher.stop()
-        count.append(1)
+class Killer(threading.Thread):
+    """Viewers that vanish without a word, one after the other."""
 
+    def __init__(self, port):
+        super().__init__(daemon=True)
+        self.port, self.done, self.killed = port, threading.Event(), 0
+        self.start()
 
-def resident_mb(process):
-    lines = Path(f"/proc/{process}/status").read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024
+    def run(self):
+        while not self.done.is_set():
+            watcher = Watcher(self.port)
+            self.done.wait(KILL_AFTER_S)
+            watcher.stop()
+            self.killed += 1
 
-
-def process_on(port):
-    """The process that listens on a port of this machine."""
-    sockets = {line.split()[9] for line in Path("/proc/net/tcp").read_text().splitlines()[1:]
-               if line.split()[1].endswith(f":{port:04X}") and line.split()[3] == "0A"}
-    for folder in Path("/proc").iterdir():
-        if folder.name.isdigit():
-            with contextlib.suppress(OSError):
-                if any(str(link.readlink()) in {f"socket:[{number}]" for number in sockets} for link in (folder / "fd").iterdir()):
-                    return int(folder.name)
-    raise RuntimeError(f"nothing listens on port {port}")
+    def stop(self):
+        """How many it killed; the last one sooner, so that none is there when it returns."""
+        self.done.set()
+        self.join()
+        return self.killed
 
 
 def until(condition, limit_s):
@@ -94,29 +95,73 @@ def different(watchers, port):
     return sum(watcher.model() != wanted for watcher in watchers)
 
 
+def status(port):
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}/api/status", timeout=20) as answer:
+        return json.load(answer)
+
+
+def memory_at_rest(port, viewers):
+    """What the process uses, in bytes, when only those who stay are connected and what it holds has not changed for a while."""
+    if not until(lambda: status(port)["viewers"] == viewers, SETTLE_S):
+        raise RuntimeError("viewers that are gone are still connected")
+    memory, changed = status(port)["memory"], time.monotonic()
+    if not memory["heap"]:
+        raise RuntimeError("the C library does not tell what the program holds")
+
+    def at_rest():
+        nonlocal memory, changed
+        now = status(port)["memory"]
+        if now["heap"] != memory["heap"]:
+            changed = time.monotonic()
+        memory = now
+        return time.monotonic() - changed > HEAP_REST_S
+
+    if not until(at_rest, SETTLE_S):
+        raise RuntimeError("the memory does not come to rest")
+    return memory
+
+
+def growth(samples):
+    """Growth in percent over the whole time, and the least that is told from chance, of one value a round.
+
+    The first quarter is left out: until then caches fill. Twice the difference of the medians of the second and of the last
+    quarter, which are half the time apart. Its standard error is that of medians of values that scatter independently
+    (1.253 / sqrt(count) of the standard deviation, which the median distance from the median estimates)."""
+    count = len(samples) // 4
+    if count < 2:
+        return 0.0, math.inf
+    quarters = samples[-3 * count:-2 * count], samples[-count:]
+    middles = [statistics.median(quarter) for quarter in quarters]
+    deviation = 1.483 * statistics.median(abs(value - middle) for quarter, middle in zip(quarters, middles) for value in quarter)
+    error = math.sqrt(2) * 1.253 * deviation / math.sqrt(count)
+    return 200 * (middles[1] / middles[0] - 1), 200 * CERTAIN * error / middles[0]
+
+
 def measure(program, work, seconds):
-    """(measured rows, details). The growth is that of the most memory at the ends of rounds, after the first quarter against in it."""
+    """(measured rows, details). What the program holds grows by 0 if by less than is told from chance; the details have both.
+
+    The resident set has freed blocks as well, which each of the allocator's arenas keeps: it rises in steps."""
     seconds = seconds or SECONDS
     run(program, "simulate", "room", "-o", f"{work}/scan", "--quiet", "--frames", FRAMES)
-    rounds, wrong, killed, memory_mb = 0, 0, [], []
+    wrong, killed, memory = 0, 0, []
     with served(program, f"{work}/scan") as url:
-        port, done = port_of(url), threading.Event()
-        process = process_on(port)
+        port = port_of(url)
         watchers = [Watcher(port), *[Watcher(port, SLOW_BYTES_PER_S) for _ in range(SLOW)]]
-        threading.Thread(target=kill_often, args=(port, done, killed), daemon=True).start()
         start = time.monotonic()
         while time.monotonic() - start < seconds:
+            killer = Killer(port)
             watchers[0].viewer.send({"type": "replay", "paused": False, "speed": SPEED, "seek_s": 0})
             if not until(lambda: watchers[0].state() != "finished", SETTLE_S) or not until(lambda: watchers[0].state() == "finished", 300):
                 raise RuntimeError("the replay did not end")
+            killed += killer.stop()
             wrong += different(watchers, port) + sum(not watcher.alive for watcher in watchers)
-            memory_mb.append((time.monotonic() - start, resident_mb(process)))
-            rounds += 1
-        done.set()
+            memory.append(memory_at_rest(port, len(watchers)))
         for watcher in watchers:
             watcher.stop()
-    early = [mb for at_s, mb in memory_mb if at_s <= seconds / 4] or [memory_mb[0][1]]
-    late = [mb for at_s, mb in memory_mb if at_s > seconds / 4] or early
-    values = {"station_soak": max(0.0, 100 * (max(late) / max(early) - 1)), "station_soak_different": wrong}
+    heap, resident = (growth([one[name] for one in memory]) for name in ("heap", "process"))
+    values = {"station_soak": round(heap[0], 1) if heap[0] > heap[1] else 0.0, "station_soak_resident": max(0.0, round(resident[0], 1)),
+              "station_soak_different": wrong}
+    mb = {name: [round(one[name] / 1e6, 3) for one in memory] for name in ("heap", "process")}
     return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {
-        "rounds": rounds, "killed": len(killed), "first_mb": memory_mb[0][1], "early_mb": max(early), "late_mb": max(late), "last_mb": memory_mb[-1][1]}
+        "rounds": len(memory), "killed": killed, "heap_growth": heap[0], "heap_least_told": heap[1],
+        "resident_growth": resident[0], "resident_least_told": resident[1], "heap_mb": mb["heap"], "resident_mb": mb["process"]}
