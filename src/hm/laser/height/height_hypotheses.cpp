@@ -41,7 +41,6 @@ HeightEstimate HeightHypotheses::update(const MirrorDistances& scan,
   if (of_imu && (!of_floor || *of_imu < *of_floor)) {
     flat_ = inertial_;
     disagree_since_.reset();
-    ++ramps_;
     return by_imu;
   }
   if ((scan.stamp - *disagree_since_).seconds() > kLongest_s) {

@@ -24,13 +24,10 @@ class HeightHypotheses {
   [[nodiscard]] std::vector<FloorLevel> profile() const { return flat_.profile(); }
   [[nodiscard]] const HeightEstimate& last() const { return flat_.last(); }
   [[nodiscard]] SurfaceSide side() const { return flat_.side(); }
-  /// How often the accelerometer was right.
-  [[nodiscard]] int ramps() const { return ramps_; }
 
  private:
   HeightEstimator flat_, inertial_;
   std::optional<Time> disagree_since_;
-  int ramps_ = 0;
 };
 
 }  // namespace hm
