@@ -31,9 +31,7 @@ Result<BenchResult> bench_height(const BenchOptions&) {
     flight.boxes = FloorFlight::steps_from_10_to_80_cm();
     flight.duration_s = 100;  // ten times over all boxes at 1 m/s
     ours = worse(ours, score_height(flight, {}));
-    HeightParams with_imu;
-    with_imu.acceleration_density_m_s2_sqrt_hz = 0.1;
-    ours_with_imu = worse(ours_with_imu, score_height(flight, with_imu, true));
+    ours_with_imu = worse(ours_with_imu, score_height(flight, {}, true));
     published = worse(published, score_histogram_height(flight));
     if (seed > 2) continue;
     flight.boxes.clear();
