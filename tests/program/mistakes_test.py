@@ -7,8 +7,8 @@ import unittest
 
 import support
 
-FAST = ["--voxel", "0.05", "--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000", "--quiet"]
-SLAM = [*FAST[:-1], "--set", "slam.matrices=false"]
+FAST = ["--voxel", "0.05", "--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000"]
+OF_VERB = {"reconstruct": FAST, "slam": [*FAST, "--set", "slam.matrices=false"]}
 TOO_LONG_AGO = "1000000000."
 
 
@@ -28,7 +28,7 @@ class UsualMistakes(support.SharedFolderTest):
     def prepare(cls, keeper):
         cls.recording = keeper.simulate("recording", 40, "room", "--sensor", "kinect", "--set",
                                         "simulation.frame_stride=3")
-        keeper.run_hm("reconstruct", "recording", "-o", "result", *FAST)
+        keeper.run_hm("reconstruct", "recording", "-o", "result", *FAST, "--quiet")
         cls.result = keeper.folder / "result"
 
     def copy(self, name="copy"):
@@ -50,7 +50,7 @@ class UsualMistakes(support.SharedFolderTest):
 
     def test_forced_all_the_same(self):
         run = self.run_json("reconstruct", self.recording, "-o", "out", "--depth-units-per-m", "50000", "--force",
-                            *FAST[:-1])
+                            *FAST)
         self.assertTrue(any("units per metre" in warning for warning in run["warnings"]), run["warnings"])
         self.assertNotEqual(run["verdict"]["value"], "ok")
         self.assertTrue(any("units per metre" in reason for reason in run["verdict"]["reasons"]), run["verdict"])
@@ -64,7 +64,7 @@ class UsualMistakes(support.SharedFolderTest):
         warnings = self.run_json("info", copy, "--depth-units-per-m", "900")["warnings"]
         self.assertTrue(any("look at the depth scale" in warning for warning in warnings), warnings)
         for verb in ("odometry", "slam"):
-            self.refused(verb, copy, "-o", verb, "--depth-units-per-m", "100000", "--strict", *(SLAM if verb == "slam" else []),
+            self.refused(verb, copy, "-o", verb, "--depth-units-per-m", "100000", "--strict", *OF_VERB.get(verb, []),
                          expect=1, says=["doubtful: the depth scale may be wrong"])
         self.refused("info", copy, "--depth-units-per-m", "0.001", expect=2, says=["write 1000 (units per metre)"])
 
@@ -91,13 +91,13 @@ class UsualMistakes(support.SharedFolderTest):
         copy = self.copy()
         (copy / "rgb.txt").unlink()
         for verb in ("odometry", "slam"):
-            run = self.run_json(verb, copy, "-o", verb, *(SLAM if verb == "slam" else []))
+            run = self.run_json(verb, copy, "-o", verb, *OF_VERB.get(verb, []))
             self.assertTrue(any("no colour images" in warning for warning in run["warnings"]), run["warnings"])
             self.assertTrue(any("by depth alone" in warning for warning in run["warnings"]), run["warnings"])
             self.assertEqual(run["frames"]["by_depth"], run["frames"]["tracked"])
         self.refused("odometry", copy, "-o", "out", "--method", "published_icp", says=["no colour images"])
         self.assertTrue(any("no colour" in warning for warning in self.run_json("info", copy)["warnings"]))
-        self.run_json("reconstruct", copy, "-o", "out", *FAST[:-1])
+        self.run_json("reconstruct", copy, "-o", "out", *FAST)
 
     def test_no_poses(self):
         copy = self.copy()
@@ -150,7 +150,7 @@ class UsualMistakes(support.SharedFolderTest):
         lines = (copy / "depth.txt").read_text().splitlines()
         (copy / "depth.txt").write_text("\n".join(lines[:12] + lines[28:]) + "\n")
         for verb in ("reconstruct", "odometry"):
-            run = self.run_json(verb, copy, "-o", verb, *(FAST[:-1] if verb == "reconstruct" else []))
+            run = self.run_json(verb, copy, "-o", verb, *OF_VERB.get(verb, []))
             self.assertTrue(any(re.search("gaps?, the longest", warning) for warning in run["warnings"]), run["warnings"])
             self.assertRegex((self.folder / verb / "report.html").read_text(), "gaps?, the longest")
 

@@ -25,12 +25,6 @@ bool all_finite(const std::vector<double>& values) {
 HeightEstimator::HeightEstimator(const HeightParams& params, SurfaceSide side)
     : params_(params), side_(side), filter_(params) {}
 
-HeightEstimate HeightEstimator::update(const LaserScan& scan, const LaserRig::Mirror& mirror,
-                                       const SweepAttitude& attitude,
-                                       const std::optional<double>& acceleration_m_s2) {
-  return update(mirror_distances(scan, mirror, attitude, side_), acceleration_m_s2);
-}
-
 HeightEstimate HeightEstimator::update(const MirrorDistances& scan,
                                        const std::optional<double>& acceleration_m_s2) {
   HeightEstimate ignored = last_;

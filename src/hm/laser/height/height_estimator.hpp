@@ -55,11 +55,8 @@ class HeightEstimator {
  public:
   explicit HeightEstimator(const HeightParams& params = {}, SurfaceSide side = SurfaceSide::kFloor);
 
-  /// Processes the mirrored beams of one scan. `acceleration_m_s2` is the mean upward acceleration since the
-  /// previous scan (without gravity), if an IMU measured it.
-  HeightEstimate update(const LaserScan& scan, const LaserRig::Mirror& mirror, const SweepAttitude& attitude,
-                        const std::optional<double>& acceleration_m_s2 = {});
-  /// One scan that is given as vertical distances already; `acceleration_m_s2` as above.
+  /// Processes the vertical distances of one scan (mirror_distances(), range_distance()). `acceleration_m_s2`
+  /// is the mean upward acceleration since the previous scan (without gravity), if an IMU measured it.
   HeightEstimate update(const MirrorDistances& scan, const std::optional<double>& acceleration_m_s2 = {});
 
   /// Confirmed floors, sorted by level.

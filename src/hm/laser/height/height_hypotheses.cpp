@@ -25,21 +25,20 @@ std::optional<Time> first_seen(const HeightEstimator& estimator) {
 
 HeightEstimate HeightHypotheses::update(const MirrorDistances& scan,
                                         const std::optional<double>& acceleration_m_s2) {
+  if (!acceleration_m_s2 && !disagree_since_) inertial_.reset();
+  if (acceleration_m_s2 && !inertial_) inertial_ = flat_;
   const HeightEstimate by_floor = flat_.update(scan);
-  if (!acceleration_m_s2 && !disagree_since_) {
-    inertial_ = flat_;
-    return by_floor;
-  }
-  const HeightEstimate by_imu = inertial_.update(scan, acceleration_m_s2);
+  if (!inertial_) return by_floor;
+  const HeightEstimate by_imu = inertial_->update(scan, acceleration_m_s2);
   if (by_floor.status != HeightStatus::kOk || by_imu.status != HeightStatus::kOk) return by_floor;
   if (std::abs(by_floor.height_m - by_imu.height_m) < kAgree_m) {
     disagree_since_.reset();
     return by_floor;
   }
   if (!disagree_since_) disagree_since_ = scan.stamp;
-  const auto of_floor = first_seen(flat_), of_imu = first_seen(inertial_);
+  const auto of_floor = first_seen(flat_), of_imu = first_seen(*inertial_);
   if (of_imu && (!of_floor || *of_imu < *of_floor)) {
-    flat_ = inertial_;
+    flat_ = *inertial_;
     disagree_since_.reset();
     return by_imu;
   }

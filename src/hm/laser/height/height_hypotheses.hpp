@@ -16,7 +16,7 @@ namespace hm {
 class HeightHypotheses {
  public:
   explicit HeightHypotheses(const HeightParams& params = {}, SurfaceSide side = SurfaceSide::kFloor)
-      : flat_(params, side), inertial_(params, side) {}
+      : flat_(params, side) {}
 
   /// As HeightEstimator::update(). The height may jump back to the truth where a ramp has ended.
   HeightEstimate update(const MirrorDistances& scan, const std::optional<double>& acceleration_m_s2);
@@ -26,7 +26,8 @@ class HeightHypotheses {
   [[nodiscard]] SurfaceSide side() const { return flat_.side(); }
 
  private:
-  HeightEstimator flat_, inertial_;
+  HeightEstimator flat_;
+  std::optional<HeightEstimator> inertial_;  ///< where an acceleration was measured, or the two disagree
   std::optional<Time> disagree_since_;
 };
 

@@ -144,9 +144,9 @@ HeightScore score_height(const FloorFlightParams& params, const HeightParams& he
   ErrorSum sum;
   for (std::size_t i = 0; i < flight.frame_count(); ++i) {
     const auto frame = flight.next();
+    const auto scan = mirror_distances(frame.scan, flight.mirror(), frame.attitude, SurfaceSide::kFloor);
     const auto height =
-        estimator.update(frame.scan, flight.mirror(), frame.attitude,
-                         with_acceleration ? std::optional(frame.acceleration_m_s2) : std::nullopt);
+        estimator.update(scan, with_acceleration ? std::optional(frame.acceleration_m_s2) : std::nullopt);
     // Every scan counts: without an answer, the prediction is judged.
     if (!estimator.profile().empty()) sum.add(score, height.height_m - frame.height_m);
     score.events += height.event != FloorEvent::kNone;
