@@ -130,7 +130,7 @@ ROWS = [
     Row("vo_rolling_times", "ms", 3, None, "at_most", "vo_rolling", 1, "error of readout and delay as found, the worst of these seeds"),
     Row("vo_icl", "cm", 1.0, 0.5, "at_most", "vo_icl", 1, "ICL-NUIM office part: ATE"),
     Row("covariance_used", "sigmas", (0.8, 1.3), 1, "between", "covariance_used", 1,
-        "simulated house, Kinect noise, VGA, 10 Hz, 12 s, five seeds: RMS of errors in stated standard deviations, of depths, poses and motions "
+        "simulated house, noise of a Kinect with its correlation between neighbours, VGA, 10 Hz, 12 s, five seeds: RMS of errors in stated standard deviations, of depths, poses and motions "
         "between keyframes the one farthest from 1", ("covariance_used_depth", "covariance_used_poses", "covariance_used_edges")),
     Row("covariance_used_depth", "sigmas", (0.8, 1.3), 1, "between", "covariance_used", 1,
         "depths of landmarks' observations on planes: of new, matched and fused ones the farthest from 1"),

@@ -123,6 +123,7 @@ void add_keyframe(const KnownKeyframe* last, const KnownKeyframe& now, Consisten
 Consistency follow(int seed, int frames, int threads) {
   SimulationParams scene;
   scene.sensor = SensorPreset::kKinect;
+  scene.flaws = "depth_grain";
   scene.seed = seed;
   scene.frame_stride = kStride;
   scene.frame_limit = frames;

@@ -19,13 +19,15 @@ enum class Flaw : unsigned {
   kWheelSlip,       ///< reported poses are those of wheels (WheelErrors)
   kGlass,           ///< panes reflect, and are measured through where they are seen frontally
   kPeople,          ///< people walk ahead of the camera
-  // What a recording has that nobody registered or calibrated: not among "all".
+  // What a recording has that nobody registered or calibrated, and what the others do not need: not among
+  // "all".
   kUnregistered,  ///< colour is that of a camera beside the depth camera, with a wider view
   kShortDepth,    ///< near surfaces read too short
+  kDepthGrain,    ///< neighbouring depth readings err alike
 };
 inline constexpr std::string_view kFlawNames[] = {
-    "blur",        "rolling_shutter", "exposure", "intrinsics", "registration", "depth_bend",
-    "time_offset", "wheel_slip",      "glass",    "people",     "unregistered", "short_depth"};
+    "blur",       "rolling_shutter", "exposure", "intrinsics",   "registration", "depth_bend", "time_offset",
+    "wheel_slip", "glass",           "people",   "unregistered", "short_depth",  "depth_grain"};
 /// How many of them "all" names: what a recording has whose cameras are calibrated.
 inline constexpr std::size_t kRealisticFlaws = static_cast<std::size_t>(Flaw::kUnregistered);
 

@@ -31,6 +31,7 @@ Flaws checked_flaws(const std::string& names) {
 SensorModel flawed(SensorModel sensor, const FlawSizes& sizes) {
   sensor.bias_at_3m_m += sizes.bend_at_3m_m;
   sensor.short_at_1m_ratio += sizes.short_at_1m_ratio;
+  sensor.correlated_noise = sizes.flaws.has(Flaw::kDepthGrain);
   return sensor;
 }
 

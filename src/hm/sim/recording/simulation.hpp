@@ -49,7 +49,7 @@ struct SimulationParams {
             {},
             "what real recordings suffer from, separated by commas: blur, rolling_shutter, exposure, "
             "intrinsics, registration, depth_bend, time_offset, wheel_slip, glass, people, or all; besides, "
-            "unregistered, short_depth",
+            "unregistered, short_depth, depth_grain",
             ParamLevel::kBasic},
         self.flaws);
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},

@@ -233,6 +233,12 @@ TEST(Simulation, NearDepthIsShort) {
   });
 }
 
+TEST(Simulation, DepthGrainChangesTheNoiseOfDepthOnly) {
+  const Simulation ideal = walk_with(""), grain = walk_with("depth_grain");
+  EXPECT_FALSE(same_depth(ideal, grain));
+  EXPECT_TRUE(std::ranges::equal(ideal.frame(kAt).color.pixels(), grain.frame(kAt).color.pixels()));
+}
+
 TEST(Simulation, UnregisteredColourIsThatOfAWiderCameraBeside) {
   const Simulation ideal = walk_with(""), beside = walk_with("unregistered");
   PinholeCamera camera = beside.camera();

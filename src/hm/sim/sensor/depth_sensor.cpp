@@ -86,6 +86,39 @@ double quantised(double z, double step_m) {
   return disparity > 0 ? step_m / disparity : 0.0;
 }
 
+/// Sums over up to 2 `radius` + 1 pixels along a row of `length` pixels that lie `stride` apart.
+void sum_along(const float* from, float* to, int length, std::ptrdiff_t stride, int radius) {
+  for (int i = 0; i < length; ++i) {
+    float sum = 0;
+    for (int k = std::max(0, i - radius); k <= std::min(length - 1, i + radius); ++k) sum += from[k * stride];
+    to[i * stride] = sum;
+  }
+}
+
+/// Standard normal noise in which neighbours are alike (SensorModel::correlated_noise), from the axial
+/// numbers that `rng` will give.
+Image<float> correlated_noise(const NormalTable& normal, int width, int height, Rng rng) {
+  constexpr int kRadiusX = 4, kRadiusY = 2;
+  constexpr float kOwnWeight = 3;
+  Image<float> own(width, height), rows(width, height), noise(width, height);
+  for (float& value : own.pixels()) {
+    rng.next_u32();  // for the lateral noise
+    value = static_cast<float>(normal(rng.next_u32()));
+  }
+  for (int y = 0; y < height; ++y) sum_along(&own(0, y), &rows(0, y), width, 1, kRadiusX);
+  for (int x = 0; x < width; ++x) sum_along(&rows(x, 0), &noise(x, 0), height, width, kRadiusY);
+  const auto in_window = [](int at, int length, int radius) {
+    return std::min(length - 1, at + radius) - std::max(0, at - radius) + 1;
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const int count = in_window(x, width, kRadiusX) * in_window(y, height, kRadiusY);
+      const float variance = static_cast<float>(count) + 2 * kOwnWeight + kOwnWeight * kOwnWeight;
+      noise(x, y) = (noise(x, y) + kOwnWeight * own(x, y)) / std::sqrt(variance);
+    }
+  return noise;
+}
+
 }  // namespace
 
 SensorEffects SensorEffects::none() {
@@ -125,6 +158,8 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
   const double least_cosine = effects.grazing_dropout ? std::cos(effects.grazing_limit_rad) : 0.0;
   DepthImage depth{Image<std::uint16_t>(view.depth_m.width(), view.depth_m.height()), kSimulatedDepthUnit_m};
   const bool biased = effects.depth_bias && sensor.bias_at_3m_m != 0;
+  const Image<float> correlated =
+      sensor.correlated_noise ? correlated_noise(normal, depth.width(), depth.height(), rng) : Image<float>();
   for (int y = 0; y < depth.height(); ++y) {
     for (int x = 0; x < depth.width(); ++x) {
       // Every pixel draws two numbers, so that enabling one effect does not change the noise of another.
@@ -141,8 +176,11 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
       double z = truth;
       if (biased) z += depth_bias_m(sensor, x, y, truth);
       z /= 1 + sensor.short_at_1m_ratio * (1.5 - 0.5 * truth);
-      if (effects.axial_noise)
-        z += effects.kNoiseScaleRatio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
+      if (effects.axial_noise) {
+        const double noise =
+            sensor.correlated_noise ? static_cast<double>(correlated(x, y)) : normal(axial_bits);
+        z += effects.kNoiseScaleRatio * axial_sigma(sensor.noise, truth, cosine) * noise;
+      }
       if (effects.quantisation && sensor.disparity_step_m > 0 && z > 0)
         z = quantised(z, sensor.disparity_step_m);
       const int units = rounded(z / depth.unit_m);

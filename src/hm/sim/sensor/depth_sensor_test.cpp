@@ -43,6 +43,40 @@ Statistics readings(const SensorModel& sensor, const SensorEffects& effects, con
   return {reference + mean, std::sqrt(squares / static_cast<double>(count) - mean * mean), count};
 }
 
+/// Mean product of the errors of readings of a plane that lie so far apart, by their variance.
+double correlation(const DepthImage& depth, double truth_m, int dx, int dy) {
+  double products = 0, squares = 0;
+  for (int y = 0; y + dy < depth.height(); ++y)
+    for (int x = 0; x + dx < depth.width(); ++x) {
+      const double error_m = depth.depth_m(x, y) - truth_m;
+      products += error_m * (depth.depth_m(x + dx, y + dy) - truth_m), squares += error_m * error_m;
+    }
+  return products / squares;
+}
+
+/// As measured on walls in TUM fr1/xyz (its tuning half).
+TEST(DepthSensor, CorrelatedNoiseIsThatOfAKinect) {
+  SensorEffects effects = SensorEffects::none();
+  effects.axial_noise = true;
+  SensorModel sensor = sensor_model(SensorPreset::kKinect);
+  const RenderedView view = flat_view(sensor, 1.7f);
+  const Statistics independent = readings(sensor, effects, view);
+  sensor.correlated_noise = true;
+  const Statistics correlated = readings(sensor, effects, view);
+  EXPECT_NEAR(correlated.sigma, independent.sigma, 0.01 * independent.sigma);
+  EXPECT_NEAR(correlated.mean, independent.mean, 1e-4);
+  Rng rng(3);
+  const DepthImage depth = sense_depth(sensor, effects, view, rng);
+  const auto truth_m = static_cast<double>(1.7f);
+  EXPECT_NEAR(correlation(depth, truth_m, 1, 0), 0.77, 0.03);
+  EXPECT_NEAR(correlation(depth, truth_m, 3, 0), 0.54, 0.07);
+  EXPECT_NEAR(correlation(depth, truth_m, 5, 0), 0.34, 0.03);
+  EXPECT_NEAR(correlation(depth, truth_m, 0, 1), 0.68, 0.04);
+  EXPECT_NEAR(correlation(depth, truth_m, 0, 3), 0.33, 0.05);
+  EXPECT_NEAR(correlation(depth, truth_m, 0, 5), 0.08, 0.09);
+  EXPECT_NEAR(correlation(depth, truth_m, 12, 0), 0, 0.02);
+}
+
 TEST(DepthSensor, AxialNoiseIsUnbiasedWithTheModelsSigma) {
   SensorEffects effects = SensorEffects::none();
   effects.axial_noise = true;
