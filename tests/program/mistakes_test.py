@@ -221,6 +221,15 @@ class UsualMistakes(support.SharedFolderTest):
             result = self.run_hm(*words, expect=2)
             self.assertIn(f"did you mean '{meant}'?", result.stderr)
 
+    def test_every_verb_refuses_a_parameter_that_is_not(self):
+        mesh, path = self.result / "mesh.ply", self.result / "trajectory.tum"
+        for words in (["info", self.recording], ["info", mesh], ["info", self.result], ["reconstruct", self.recording, "-o", "out"],
+                      ["slam", self.recording, "-o", "out"], ["odometry", self.recording, "-o", "out"], ["laser", "x.log", "-o", "out"],
+                      ["convert", mesh, "x.obj"], ["evaluate", "trajectory", path, path], ["evaluate", "mesh", mesh, mesh],
+                      ["simulate", "room", "-o", "out"], ["fly", "hover", "-o", "out"], ["demo", "-o", "out"], ["serve", self.result],
+                      ["experiment", "list"], ["scan", "--camera", f"replay:{self.recording}", "-o", "out"]):
+            self.refused(*words, "--set", "no.such=1", expect=2, says=["unknown parameter 'no.such'"])
+
     def test_nothing_near_proposes_nothing(self):
         self.assertNotIn("did you mean", self.run_hm("xyzzyplugh", expect=2).stderr)
         self.assertIn("hm params show", self.run_hm("params", "show", "--set", "qqqq.zzzzzz=1", expect=2).stderr)

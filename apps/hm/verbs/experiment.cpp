@@ -56,16 +56,16 @@ hm::Result<std::filesystem::path> data_folder(const std::string& named) {
 }
 
 hm::Result<Outcome> run_experiment(const ExperimentFlags& flags, Session& session) {
+  hm::ExperimentOptions options;
+  auto list = hm::list_experiments(options.parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   if (flags.name == kList) return list_of_experiments();
   const auto experiments = chosen(flags.name);
   if (!experiments) return hm::forward_error(experiments);
-  hm::ExperimentOptions options;
   options.tiny = flags.tiny;
   const auto data = data_folder(flags.data);
   if (!data) return hm::forward_error(data);
   options.data = *data;
-  auto list = hm::list_experiments(options.parameters);
-  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("nothing is written");
   const std::string folder =
       flags.output.folder_given.empty() ? flags.name + "_experiment" : flags.output.folder_given;

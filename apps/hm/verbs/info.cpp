@@ -66,6 +66,8 @@ hm::Result<Outcome> show_trajectory(const std::string& path) {
 }
 
 hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
+  const hm::ParamList none;  // parameters are checked, and change nothing
+  if (const auto applied = session.apply(none); !applied) return hm::forward_error(applied);
   const auto kind = hm::kind_of(flags.path);
   if (!kind) return hm::forward_error(kind);
   hm::Result<Outcome> outcome;
