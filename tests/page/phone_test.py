@@ -22,7 +22,14 @@ COVERED = """const shown = [...document.querySelectorAll('button, select, input,
   return shown.flatMap(([one, a], i) => shown.slice(0, i).filter(([other, b]) =>
     Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
     .map(([other]) => `${name(one)} on ${name(other)}`));"""
-UPRIGHT, ON_ITS_SIDE = ((360, 640), page.PHONE), ((640, 360), page.PHONE_LANDSCAPE)
+# The same with as many words as there may be.
+COVERED_BY_ALL_WORDS = """const words = document.getElementById('words'), shown = [...words.childNodes];
+  const word = (text, number) => `<div class="word" data-level="warning"><span class="mark">!</span><span><strong>${text}</strong><span class="number">${number}</span></span></div>`;
+  words.innerHTML = word('Too near', '0.42 m, 0.6 m or more is good') + word('Too fast', '1.2 m/s, 0.5 m/s or less is good') + word('Result: ok', 'all frames tracked');
+  const covered = (() => { """ + COVERED + """ })();
+  words.replaceChildren(...shown);
+  return covered;"""
+UPRIGHT, ON_ITS_SIDE = ((360, 640), page.PHONE), ((568, 320), (640, 360), page.PHONE_LANDSCAPE)
 
 
 class Phone(page.PageTest):
@@ -64,6 +71,7 @@ class Phone(page.PageTest):
                     time.sleep(0.3)
                 page.keep_picture(self.driver, f"replay_{size[0]}_{size[1]}_{tab or 'first'}")
                 self.assertEqual(self.js(COVERED), [], (size, tab))
+                self.assertEqual(self.js(COVERED_BY_ALL_WORDS), [], (size, tab))
                 self.assertEqual(self.js(OVERFLOW), [False, False], (size, tab))
             self.driver.quit()
             self.server.close()

@@ -5,6 +5,7 @@ import { byId, element } from "./dom.ts";
 import { clock, count, figure } from "./numbers.ts";
 
 const MARKS = { ok: "✓", warning: "!", bad: "✕" };
+const URGENCY = { bad: 0, warning: 1, ok: 2 };  // a phone on its side shows the first word only
 const VERDICT_LEVELS: Record<string, keyof typeof MARKS> = { ok: "ok", doubtful: "warning", broken: "bad" };
 
 /** The header and the words over the model: what a person who scans has to know now. */
@@ -60,7 +61,7 @@ export class Status {
     if (words.length === 0 && this.lost && !verdict) words.push({ level: "bad", text: "Lost: go back to what is already in the model" });
     if (state === "failed") words.unshift({ level: "bad", text: "Failed", number: reason || "the run told no reason" });
     if (verdict) words.push({ level: VERDICT_LEVELS[verdict.verdict] ?? "bad", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
-    this.draw(words);
+    this.draw(words.sort((one, other) => URGENCY[one.level] - URGENCY[other.level]));
   }
 
   private draw(words: NonNullable<Telemetry["words"]>): void {
