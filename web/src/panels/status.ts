@@ -5,7 +5,7 @@ import { byId, element } from "./dom.ts";
 import { clock, count, figure } from "./numbers.ts";
 
 const MARKS = { ok: "✓", warning: "!", bad: "✕" };
-const URGENCY = { bad: 0, warning: 1, ok: 2 };  // a phone on its side shows the first word only
+const URGENCY = { bad: 0, warning: 1, ok: 2 };  // a small phone on its side shows the first word only
 const VERDICT_LEVELS: Record<string, keyof typeof MARKS> = { ok: "ok", doubtful: "warning", broken: "bad" };
 
 /** The header and the words over the model: what a person who scans has to know now. */
